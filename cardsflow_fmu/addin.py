@@ -73,8 +73,8 @@ def install(folder: str | Path | None = None) -> Path:
             shutil.copyfile(source, new / path)
         _replace_folder(target, new, old)
     except OSError as error:
-        what = f"cannot be written: {error.strerror or error}; is the add-in running in Fusion?"
-        raise InputError(what, file=target) from error
+        problem = f"cannot be written: {error.strerror or error}; is the add-in running in Fusion?"
+        raise InputError(problem, file=target) from error
     finally:
         shutil.rmtree(new, ignore_errors=True)
     return target
@@ -184,23 +184,23 @@ def _add_ins() -> Path:
     elif system == "darwin":
         base = Path.home() / "Library/Application Support"
     else:
-        what = (
+        problem = (
             "Fusion does not support this system; specify Fusion's folder of add-ins with "
             "--folder, or pack the add-in with `cardsflow addin pack`"
         )
-        raise InputError(what)
+        raise InputError(problem)
     folder = base / ADD_INS
     if not folder.is_dir():
-        what = "does not exist; start Fusion once, or specify its folder of add-ins with --folder"
-        raise InputError(what, file=folder)
+        problem = "does not exist; start Fusion once, or specify its folder of add-ins"
+        raise InputError(f"{problem} with --folder", file=folder)
     return folder
 
 
 def _require_addin(target: Path) -> None:
     """Reject a target that is not an earlier installation."""
     if target.is_symlink():
-        what = "is a link, whose target Fusion already runs; remove the link to install a copy"
-        raise InputError(what, file=target)
+        problem = "is a link, whose target Fusion already runs; remove the link to install a copy"
+        raise InputError(problem, file=target)
     if not target.exists():
         return
     ours = _identity(Path(addin_sdfusion.__file__).parent)

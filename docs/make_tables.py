@@ -225,8 +225,8 @@ def _pattern(port: Port, experiment: Experiment) -> tuple[str, str]:
             if ending == rest or ending[:1] not in ("", "."):
                 continue
             if prefix == "u":
-                what = "Command of muscle `<muscle>`: excitation, pressure, voltage or free length"
-                return "u.<muscle>", what
+                text = "Command of muscle `<muscle>`: excitation, pressure, voltage or free length"
+                return "u.<muscle>", text
             if kind == "<point>" and prefix != "w":
                 kind, ending, name = "<point>.<axis>", "", rest
             text = port.description.replace(name, f"`{kind}`", 1)
@@ -451,11 +451,11 @@ def security_page() -> str:
     """Return the page on security with its table of limits."""
     rows = [
         (
-            what,
+            item,
             f"{size // limits.MIB} MiB",
             "; ".join(f"{count} {name}" for name, count in others.items()),
         )
-        for what, size, others in LIMITS
+        for item, size, others in LIMITS
     ]
     text = (ROOT / "docs/explanation/security.md").read_text(encoding="utf-8")
     begin, end = "<!-- limits -->", "<!-- end of limits -->"

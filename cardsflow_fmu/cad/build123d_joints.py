@@ -106,8 +106,8 @@ def _require_in_place(
     expected, now = pair.at(**values), pair.now()
     rotation_error = float(np.max(np.abs(np.subtract(expected.R, now.R))))
     if max(rotation_error, math.dist(expected.p, now.p)) > _APART:
-        what = "its parts were moved after they were connected; connect them after moving them"
-        raise InputError(f"joint {name!r}: {what}")
+        problem = "its parts were moved after they were connected; connect them after moving them"
+        raise InputError(f"joint {name!r}: {problem}")
 
 
 def _within(value: float, limits: tuple[float, float]) -> float:

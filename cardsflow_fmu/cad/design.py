@@ -210,11 +210,11 @@ class Design:
         try:
             self._points.append((name, self._part_point(point), use))
         except (TypeError, ValueError, AttributeError) as error:
-            what = (
+            problem = (
                 "must be a joint, or a pair of a part and a point, face, edge or vertex of it: "
                 f"{' '.join(str(error).split())}"
             )
-            raise InputError(f"{where}: {what}") from None
+            raise InputError(f"{where}: {problem}") from None
 
     def _part_point(self, point: Any) -> _PartPoint:
         if hasattr(point, "location") and hasattr(point, "connected_to"):  # a joint
@@ -328,12 +328,12 @@ class _SnapshotBuilder:
             key=id(shape),
         )
 
-    def _place(self, part: Any, what: str) -> Place:
+    def _place(self, part: Any, item: str) -> Place:
         for candidate in (part, getattr(part, "part", None)):  # a builder contains its part
             if id(candidate) in self._places:
                 return self._places[id(candidate)]
         label = getattr(part, "label", "") or type(part).__name__
-        raise InputError(f"{what} is on {label!r}, which is not in the assembly")
+        raise InputError(f"{item} is on {label!r}, which is not in the assembly")
 
     def _joints(self) -> Iterator[JointSnapshot]:
         names: set[str] = set()
@@ -360,11 +360,11 @@ class _SnapshotBuilder:
             placed = T.apply(face.centre), T.rotate(face.axis), face.length
             yield SurfaceSnapshot(path, face.shape, face.radius, *placed, f"face {name}", use)
 
-    def _at(self, part: Any, what: str) -> tuple[str, Transform]:
+    def _at(self, part: Any, item: str) -> tuple[str, Transform]:
         """Return the path of a part and T_root_part; the root for None."""
         if part is None:
             return ROOT, IDENTITY
-        place = self._place(part, what)
+        place = self._place(part, item)
         return place.path, place.T
 
 

@@ -106,8 +106,8 @@ def read_design(
     file = Path(file)
     suffix = file.suffix.lower()
     if tables is not None and suffix not in STEP:
-        what = "contains joints, muscles and materials; use tables only with STEP files"
-        raise InputError(what, file=file)
+        problem = "contains joints, muscles and materials; use tables only with STEP files"
+        raise InputError(problem, file=file)
     if suffix in STEP:
         changed = _changed(ExportSettings(), settings)
         return design_of_step(file, tables or Tables(), changed, time_limit)
@@ -115,11 +115,11 @@ def read_design(
         design = script_design(file)
         return design.snapshot(_changed(design.settings, settings), file)
     if suffix != ".json":
-        what = (
+        problem = (
             "is not a design in a known format (.json, .py, .step, .stp); for other CAD systems "
             "see docs/reference/snapshot.md"
         )
-        raise InputError(what, file=file)
+        raise InputError(problem, file=file)
     snapshot = read_snapshot(file)
     return replace(snapshot, settings=_changed(snapshot.settings, settings))
 

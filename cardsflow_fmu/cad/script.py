@@ -45,16 +45,16 @@ def script_design(file: Path) -> Design:
             raise missing() from error
         raise InputError(f"{error}", file=file, line=_line(error, file)) from error
     except (Exception, SystemExit) as error:
-        what = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
-        raise InputError(what, file=file, line=_line(error, file)) from error
+        problem = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
+        raise InputError(problem, file=file, line=_line(error, file)) from error
     finally:
         with suppress(ValueError):
             sys.path.remove(folder)
     found = {id(value): name for name, value in variables.items() if isinstance(value, Design)}
     if len(found) != 1:
         number = f"{len(found)}: {', '.join(found.values())}" if found else "none"
-        what = f"must define exactly one cardsflow_fmu.cad.Design; found {number}"
-        raise InputError(what, file=file)
+        problem = f"must define exactly one cardsflow_fmu.cad.Design; found {number}"
+        raise InputError(problem, file=file)
     return next(value for value in variables.values() if isinstance(value, Design))
 
 

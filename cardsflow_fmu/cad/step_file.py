@@ -59,8 +59,8 @@ def _document(file: Path) -> Any:
     except InputError:
         raise
     except Exception as error:  # errors of the kernel have no common base class
-        what = " ".join(str(error).split())
-        raise InputError(f"cannot be read as a STEP file: {what}", file=file) from error
+        problem = " ".join(str(error).split())
+        raise InputError(f"cannot be read as a STEP file: {problem}", file=file) from error
     finally:
         for printer in printers:
             messenger.AddPrinter(printer)

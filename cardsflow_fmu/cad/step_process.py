@@ -55,17 +55,17 @@ def design_of_step(
                 command, capture_output=True, text=True, errors="replace", timeout=time_limit
             )
         except subprocess.TimeoutExpired:
-            what = (
+            problem = (
                 f"takes longer than {time_limit:g} s; increase --time-limit, or remove small parts "
                 "from the file"
             )
-            raise InputError(what, file=file) from None
+            raise InputError(problem, file=file) from None
         if done.returncode == _REJECTED and answer.exists():
             raise _error(json.loads(answer.read_text(encoding="utf-8")))
         if done.returncode != 0:
             lines = done.stderr.strip().splitlines()
-            what = lines[-1] if done.returncode > 0 and lines else "the geometry kernel crashed"
-            raise _unreadable(what, file)
+            problem = lines[-1] if done.returncode > 0 and lines else "the geometry kernel crashed"
+            raise _unreadable(problem, file)
         return read_snapshot(answer)
 
 
@@ -74,8 +74,8 @@ def _error(plain: dict[str, str | int | None]) -> InputError:
     return InputError(str(plain["problem"]), **place)  # type: ignore[arg-type]
 
 
-def _unreadable(what: object, file: Path) -> InputError:
-    return InputError(f"cannot be read as a STEP file: {what}; is it damaged?", file=file)
+def _unreadable(problem: object, file: Path) -> InputError:
+    return InputError(f"cannot be read as a STEP file: {problem}; is it damaged?", file=file)
 
 
 def main(request_file: Path, answer: Path) -> int:

@@ -48,9 +48,9 @@ class Cell:
     column: str
     unit: str = ""
 
-    def error(self, what: str) -> InputError:
+    def error(self, problem: str) -> InputError:
         """Return an error with the location of the cell."""
-        return InputError(what, file=self.file, line=self.line, key=self.column)
+        return InputError(problem, file=self.file, line=self.line, key=self.column)
 
     def number(self, units: Mapping[str, float]) -> float:
         """Return the quantity in SI units.
@@ -252,8 +252,8 @@ def read_rows(
                 columns = _columns(cells, required, optional, file, line)
                 continue
             if len(cells) > len(columns):
-                what = f"has {len(cells)} cells, but the first line has {len(columns)}"
-                raise InputError(what, file=file, line=line)
+                problem = f"has {len(cells)} cells, but the first line has {len(columns)}"
+                raise InputError(problem, file=file, line=line)
             row = {
                 name: Cell(cell.strip(), file, line, name, unit)
                 for cell, (name, unit) in zip(cells, columns, strict=False)

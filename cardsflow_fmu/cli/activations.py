@@ -45,8 +45,8 @@ def add_activations(commands: Commands) -> None:
         "cardsflow activations arm26.osim --motion reach.mot -o reach",
     )
     add_robot(parser)
-    what = "joint positions over time: .mot, .sto, .csv, .npy, .npz or a ROS 2 recording (required)"
-    parser.add_argument("--motion", type=Path, required=True, metavar="FILE", help=what)
+    text = "joint positions over time: .mot, .sto, .csv, .npy, .npz or a ROS 2 recording (required)"
+    parser.add_argument("--motion", type=Path, required=True, metavar="FILE", help=text)
     parser.add_argument(
         "--noise",
         type=float,
@@ -56,8 +56,8 @@ def add_activations(commands: Commands) -> None:
     )
     text = "external loads of OpenSim (.xml), such as ground reaction forces (default: none)"
     parser.add_argument("--loads", type=Path, metavar="FILE", help=text)
-    for option, what in (("--begin", "first"), ("--end", "last")):
-        text = f"{what} time of the analysis, in s (default: the {what} row)"
+    for option, row in (("--begin", "first"), ("--end", "last")):
+        text = f"{row} time of the analysis, in s (default: the {row} row)"
         parser.add_argument(option, type=float, metavar="X", help=text)
     parser.add_argument(
         "--frames",
@@ -80,8 +80,8 @@ def add_activations(commands: Commands) -> None:
     parser.add_argument("--reserve", type=float, metavar="X", help=text)
     text = "write a replay of the motion as a self-contained HTML page (default: none)"
     parser.add_argument("--html", type=Path, metavar="FILE", help=text)
-    what = "folder for activations.sto, forces.sto, results.csv and further tables"
-    add_output(parser, what, default=Path("activations"), metavar="FOLDER")
+    text = "folder for activations.sto, forces.sto, results.csv and further tables"
+    add_output(parser, text, default=Path("activations"), metavar="FOLDER")
     add_overwrite(parser)
     add_json(parser)
 
@@ -183,8 +183,8 @@ def _require_dynamics(options: argparse.Namespace) -> None:
         if getattr(options, key) is not None:
             raise InputError("requires --dynamics", key=f"--{key}")
     if options.dynamics and options.passive:
-        what = "is for static optimisation; --dynamics includes passive forces"
-        raise InputError(what, key="--passive")
+        problem = "is for static optimisation; --dynamics includes passive forces"
+        raise InputError(problem, key="--passive")
 
 
 def _require_own_files(folder: Path, contents: Mapping[str, str]) -> None:

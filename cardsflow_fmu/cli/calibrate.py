@@ -51,8 +51,8 @@ def add_excite(commands: Commands) -> None:
     parser.add_argument("--duration", type=float, default=20.0, metavar="S", help=text)
     text = "maximum joint speed, in rad/s (default: 1.5)"
     parser.add_argument("--speed", type=float, default=1.5, metavar="V", help=text)
-    what = "folder for the experiment, new or empty"
-    add_output(parser, what, required=True, metavar="FOLDER")
+    text = "folder for the experiment, new or empty"
+    add_output(parser, text, required=True, metavar="FOLDER")
     add_json(parser, "the file names")
     add_verbose(parser)
 
@@ -77,8 +77,8 @@ def add_calibrate(commands: Commands) -> None:
     )
     parser.add_argument("--robot", type=Path, required=True, help=f"{ROBOT_FILE} (required)")
     add_cable_set(parser)
-    what = f"parameters to calibrate: {_PARAMETERS}; markers.*.position (required)"
-    add_words(parser, "--parameters", "PATTERN", what)
+    text = f"parameters to calibrate: {_PARAMETERS}; markers.*.position (required)"
+    add_words(parser, "--parameters", "PATTERN", text)
     parser.add_argument(
         "--markers",
         type=Path,
@@ -95,8 +95,8 @@ def add_calibrate(commands: Commands) -> None:
         help="recorded marker positions: columns time, MARKER.x, .y, .z, in m in the world frame; "
         "repeat it for each recording without such columns (default: none)",
     )
-    what = "folder for the calibrated robot and the report, new or empty"
-    add_output(parser, what, required=True, metavar="FOLDER")
+    text = "folder for the calibrated robot and the report, new or empty"
+    add_output(parser, text, required=True, metavar="FOLDER")
     add_json(parser, "the file names")
     add_verbose(parser)
 

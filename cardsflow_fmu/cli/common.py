@@ -25,19 +25,19 @@ DOUBTFUL, FAILED, GOOD = 3, 1, 0
 _MAX_REPEATED = 3  # findings of one kind that are printed one by one
 
 
-def add_json(parser: argparse.ArgumentParser, what: str = "the result") -> None:
+def add_json(parser: argparse.ArgumentParser, output: str = "the result") -> None:
     """Add `--json`."""
-    text = f"print {what} as JSON (default: as text)"
+    text = f"print {output} as JSON (default: as text)"
     parser.add_argument("--json", action="store_true", help=text)
 
 
-def add_output(parser: argparse.ArgumentParser, what: str, **options: Any) -> None:
+def add_output(parser: argparse.ArgumentParser, text: str, **options: Any) -> None:
     """Add `-o`."""
     if options.get("required"):
-        what += " (required)"
+        text += " (required)"
     elif "default" in options:
-        what += f" (default: {options['default']})"
-    parser.add_argument("-o", "--output", type=Path, help=what, **options)
+        text += f" (default: {options['default']})"
+    parser.add_argument("-o", "--output", type=Path, help=text, **options)
 
 
 def add_overwrite(parser: argparse.ArgumentParser) -> None:
@@ -51,17 +51,17 @@ def add_overwrite(parser: argparse.ArgumentParser) -> None:
 
 
 def add_settings(
-    parser: argparse.ArgumentParser, what: str = "setting", example: str = "controller.period=0.01"
+    parser: argparse.ArgumentParser, kind: str = "setting", example: str = "controller.period=0.01"
 ) -> None:
     """Add `--set`, for settings of some kind, with an example."""
-    text = f"change a {what}, such as {example}; repeatable (default: none)"
+    text = f"change a {kind}, such as {example}; repeatable (default: none)"
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=text)
 
 
 def add_robot(parser: argparse.ArgumentParser, others: str = "") -> None:
     """Add a robot and its cable set."""
-    what = f"{ROBOT_FILE}{others}"
-    parser.add_argument("robot", type=Path, help=what)
+    text = f"{ROBOT_FILE}{others}"
+    parser.add_argument("robot", type=Path, help=text)
     add_cable_set(parser)
 
 
@@ -82,10 +82,10 @@ def _words(text: str) -> list[str]:
 
 def add_verbose(
     parser: argparse.ArgumentParser,
-    what: str = "print every finding (default: one line for findings that repeat)",
+    text: str = "print every finding (default: one line for findings that repeat)",
 ) -> None:
     """Add `--verbose`."""
-    parser.add_argument("--verbose", action="store_true", help=what)
+    parser.add_argument("--verbose", action="store_true", help=text)
 
 
 def print_findings(

@@ -156,8 +156,8 @@ def _node_address(options: argparse.Namespace) -> NodeAddress | None:
         return None if options.publish is None else node_address(options.publish)
     address = node_address(options.ros2)
     if address.timeout is None:
-        what = "commands from a topic need a timeout, such as ros2://?timeout=0.1"
-        raise InputError(what, key="--ros2")
+        problem = "commands from a topic need a timeout, such as ros2://?timeout=0.1"
+        raise InputError(problem, key="--ros2")
     return address
 
 
@@ -173,8 +173,8 @@ def _emulated_robot(
     if (path / "experiment.toml").is_file() or path.suffix in (".toml", ".json"):
         for option, key in (("cable_set", "robot.cable_set"), ("step", "plant.step")):
             if getattr(options, option) is not None:
-                what = f"is only for robots; for an experiment use --set {key}=..."
-                raise InputError(what, key=f"--{option.replace('_', '-')}")
+                problem = f"is only for robots; for an experiment use --set {key}=..."
+                raise InputError(problem, key=f"--{option.replace('_', '-')}")
         experiment = Experiment.load(path, parse_settings(options.set))
         settings = _with_failures(experiment.hardware, options.fault)
         device = settings.emulator
@@ -234,8 +234,8 @@ def _replay(options: argparse.Namespace) -> int:
 
     recording = read_recording(options.recording)
     if recording.lost_bytes:
-        what = f"the last {recording.lost_bytes} bytes are an incomplete record and are ignored"
-        print_warning(f"{options.recording}: {what}")
+        problem = f"the last {recording.lost_bytes} bytes are an incomplete record and are ignored"
+        print_warning(f"{options.recording}: {problem}")
     header, robot = recording.header, ReplayedRobot(recording)
     settings = _hardware_settings(options, options.recording, header.step)
     device = Device(
@@ -298,8 +298,8 @@ def _serve(
     with collect_interrupts() as pressed, DeviceServer(device, options.listen, line=line) as server:
         status = StatusReporter(device, report_event, lambda: server.lateness)
         if server.is_open and not device.is_signed:
-            what = "frames are not signed: anyone on the network can send commands; use --key-file"
-            print_warning(f"{server.uri}: {what}")
+            problem = "frames are not signed: anyone on the network can send commands; use"
+            print_warning(f"{server.uri}: {problem} --key-file")
         print_line(f"listening on {server.uri}", listening=server.uri)
         node = create_node(server, lambda line: print_line(line, ros2=line))
         end = time.monotonic() + duration
@@ -337,8 +337,8 @@ def _failure(text: str) -> dict[str, Any]:
     """Return a failure as plain data, from KIND:NAME[=VALUE]@TIME."""
     found = re.fullmatch(r"([^:]+):([^=@]+)(?:=([^@]+))?@([^@]+)", text)
     if found is None:
-        what = f"must be KIND:NAME[=VALUE]@TIME, such as broken:motor3@2.0, not {text!r}"
-        raise InputError(what, key="--fault")
+        problem = f"must be KIND:NAME[=VALUE]@TIME, such as broken:motor3@2.0, not {text!r}"
+        raise InputError(problem, key="--fault")
     kind, part, value, time_ = found.groups()
     data: dict[str, Any] = {"kind": kind, "part": part}
     try:

@@ -159,8 +159,8 @@ def _report(error: Exception, options: argparse.Namespace, received: Sequence[in
     if isinstance(error, CardsflowError):
         print_error(f"{error}{suggest_file(error)}")
         return _code_of(error)
-    what = f"{type(error).__name__}: {error}"
-    print_error(f"internal error: {what} (--debug prints the traceback)")
+    problem = f"{type(error).__name__}: {error}"
+    print_error(f"internal error: {problem} (--debug prints the traceback)")
     return FAILED
 
 

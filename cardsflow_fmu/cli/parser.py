@@ -93,10 +93,10 @@ class Parser(argparse.ArgumentParser):
 
         is_command = isinstance(action, argparse._SubParsersAction)
         kind = "command" if is_command else "value"
-        what = UnknownNameError(kind, str(value), map(str, action.choices)).problem
+        problem = UnknownNameError(kind, str(value), map(str, action.choices)).problem
         if is_command:
-            self.error(what)
-        raise argparse.ArgumentError(action, what)
+            self.error(problem)
+        raise argparse.ArgumentError(action, problem)
 
 
 class Commands:

@@ -37,13 +37,13 @@ def add_plot(commands: Commands) -> None:
         "cardsflow plot results --panels forces,moment_arms -o arms.pdf",
     )
     parser.add_argument("results", type=Path, help=_RESULTS)
-    what = "the figure: .png, .svg or .pdf"
-    add_output(parser, what, default=Path("plot.png"), metavar="FILE")
+    text = "the figure: .png, .svg or .pdf"
+    add_output(parser, text, default=Path("plot.png"), metavar="FILE")
     add_overwrite(parser)
     default = "(default: forces, torques, tracking and errors, unless --columns is given)"
     add_words(parser, "--panels", "NAME", f"panels to draw: {_PANELS} {default}")
-    what = "columns to draw by name, such as 'q.*,f.cable_1' (default: none)"
-    add_words(parser, "--columns", "PATTERN", what)
+    text = "columns to draw by name, such as 'q.*,f.cable_1' (default: none)"
+    add_words(parser, "--columns", "PATTERN", text)
     add_json(parser, "the file name")
 
 
@@ -68,8 +68,8 @@ def add_compare(commands: Commands) -> None:
         help="relative tolerance, added to the absolute one: part of the magnitude of the second "
         "result (default: 0)",
     )
-    what = "columns to compare by name, such as 'q.*,f.cable_1' (default: all)"
-    add_words(parser, "--columns", "PATTERN", what)
+    text = "columns to compare by name, such as 'q.*,f.cable_1' (default: all)"
+    add_words(parser, "--columns", "PATTERN", text)
     add_json(parser, "the comparison")
 
 

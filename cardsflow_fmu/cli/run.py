@@ -43,8 +43,8 @@ def add_run(commands: Commands) -> None:
         "The FMUs of an experiment are built first.",
     )
     add_experiment(parser, "; or an .ssp file")
-    what = "folder for the results (default: `results` next to the experiment)"
-    add_output(parser, what, metavar="FOLDER")
+    text = "folder for the results (default: `results` next to the experiment)"
+    add_output(parser, text, metavar="FOLDER")
     add_verbose(parser, "print every signal (default: the worst signal of each kind)")
     parser.add_argument(
         "--compute",
@@ -155,8 +155,8 @@ def _run_system(options: argparse.Namespace) -> int:
 
     reject_view(options, "is only for experiments; run the .ssp, then view its results")
     if engine := _engine(options):
-        what = f"contains built FMUs; --{next(iter(engine))} is only for experiments"
-        raise InputError(what, file=options.experiment)
+        problem = f"contains built FMUs; --{next(iter(engine))} is only for experiments"
+        raise InputError(problem, file=options.experiment)
     if options.figures:
         raise InputError("is only for experiments; plot the results", key="--figures")
     settings = parse_settings([*options.set, *_accept(options)])
@@ -169,10 +169,10 @@ def _run_system(options: argparse.Namespace) -> int:
         settings["variant"] = "hardware"
     if options.as_script:
         if options.hardware is not None:
-            what = (
+            problem = (
                 "is not supported in a script of an .ssp; use the argument `hardware` of run_system"
             )
-            raise InputError(what, key="--hardware")
+            raise InputError(problem, key="--hardware")
         return _print_script(options)
     try:
         with show_progress("run", "steps") as update:
@@ -310,8 +310,8 @@ def _build(options: argparse.Namespace) -> int:
         print_files(files.values(), options.json)
         return GOOD
     if options.compute is None:
-        for model, what in python_reasons(experiment).items():
-            print_note(f"{model}.fmu uses Python; the C engine does not support {what}")
+        for model, feature in python_reasons(experiment).items():
+            print_note(f"{model}.fmu uses Python; the C engine does not support {feature}")
     engines = ", ".join(f"{model} {engine}" for model, engine in system_engines(files).items())
     print_note(f"engines: {engines}")
     print_files((*files.values(), options.output / SYSTEM_FILE), options.json)

@@ -46,8 +46,8 @@ def add_study(commands: Commands) -> None:
     parser.add_argument("study", type=Path, help="a study.toml or its folder")
     text = "number of parallel runs (default: one per core)"
     parser.add_argument("-j", "--jobs", type=int, metavar="N", help=text)
-    what = "folder for runs, table and report (default: next to the study)"
-    add_output(parser, what, metavar="FOLDER")
+    text = "folder for runs, table and report (default: next to the study)"
+    add_output(parser, text, metavar="FOLDER")
     parser.add_argument(
         "--resume", action="store_true", help="continue a study; keep finished runs (default: off)"
     )
@@ -128,8 +128,8 @@ def add_optimise(commands: Commands) -> None:
         "the constraints.",
     )
     add_experiment(parser)
-    what = "file of the motion (default: motion.csv next to the experiment)"
-    add_output(parser, what, metavar="FILE")
+    text = "file of the motion (default: motion.csv next to the experiment)"
+    add_output(parser, text, metavar="FILE")
     text = "start from the motion in this file, also after Ctrl-C (default: off)"
     parser.add_argument("--resume", action="store_true", help=text)
     text = "write a report with a replay as a self-contained HTML page (default: none)"

@@ -239,11 +239,11 @@ def _print_line(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def reject_view(options: argparse.Namespace, what: str) -> None:
+def reject_view(options: argparse.Namespace, problem: str) -> None:
     """Reject `--view` and `--publish` if nothing can be shown.
 
     Raises:
         InputError: One of the options is given.
     """
     if options.view or options.publish is not None:
-        raise InputError(what, key="--view" if options.view else "--publish")
+        raise InputError(problem, key="--view" if options.view else "--publish")

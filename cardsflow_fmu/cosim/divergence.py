@@ -53,7 +53,7 @@ def not_finite_message(name: str, value: float, t: float) -> str:
 def _divergence(names: Sequence[str], row: FloatArray, step: float) -> SimulationError | None:
     limits = np.array(column_limits(names, step))
     excess = np.abs(row) / limits
-    for kind, what in ((_SPEEDS, "moves {:.3g} rad or m within a step"), (_FORCES, "is {:.3g} N")):
+    for kind, event in ((_SPEEDS, "moves {:.3g} rad or m within a step"), (_FORCES, "is {:.3g} N")):
         named = [k for k, name in enumerate(names) if name.startswith(kind)]
         columns = [k for k in named if abs(row[k]) > limits[k]]
         if columns:
@@ -61,7 +61,7 @@ def _divergence(names: Sequence[str], row: FloatArray, step: float) -> Simulatio
             size = abs(row[k]) * (step if kind is _SPEEDS else 1.0)
             return SimulationError(
                 f"the run has diverged: at t = {row[0]:.6g} s "
-                f"{_display_name(names[k])} {what.format(size)}; use a shorter controller.period "
+                f"{_display_name(names[k])} {event.format(size)}; use a shorter controller.period "
                 "and plant.step, smaller gains, or a motion that the muscles can produce"
             )
     return None

@@ -230,8 +230,8 @@ def experiment_names(
         if not variables:
             raise UnknownNameError(f"{side} of the FMU", variable, fmu_names, key=f"{key}.{name}")
         if len(mapped) != len(variables):
-            what = f"{name} has {len(mapped)}, {variable} of the FMU {len(variables)}"
-            raise InputError(f"sizes do not match: {what}", key=f"{key}.{name}")
+            problem = f"{name} has {len(mapped)}, {variable} of the FMU {len(variables)}"
+            raise InputError(f"sizes do not match: {problem}", key=f"{key}.{name}")
         for port, fmu_name in zip(mapped, variables, strict=True):
             if fmu_name in names:
                 raise InputError(f"{fmu_name} is mapped twice", key=f"{key}.{name}")

@@ -55,8 +55,8 @@ def set_structure(description: Any, values: Mapping[str, float], file: Path) -> 
         if variable.causality == STRUCTURAL and variable.name in values:
             size = float(values[variable.name])
             if not (size >= 0 and size.is_integer()):
-                what = f"the structural parameter {variable.name} must be a number of items"
-                raise InputError(f"{what}, not {size:g}", file=file)
+                problem = f"the structural parameter {variable.name} must be a number of items"
+                raise InputError(f"{problem}, not {size:g}", file=file)
             variable.start = str(int(size))
     for variable in description.modelVariables:
         lengths = [d.start or d.variable.start for d in variable.dimensions]
@@ -66,8 +66,8 @@ def set_structure(description: Any, values: Mapping[str, float], file: Path) -> 
 
 def _require_few_variables(description: Any, file: Path) -> None:
     if sum(math.prod(v.shape or ()) for v in description.modelVariables) > limits.COLUMNS:
-        what = f"cannot be used as an FMU: it has more than {limits.COLUMNS} variables"
-        raise InputError(what, file=file)
+        problem = f"cannot be used as an FMU: it has more than {limits.COLUMNS} variables"
+        raise InputError(problem, file=file)
 
 
 def _description(data: bytes, file: Path) -> Any:

@@ -62,8 +62,8 @@ class FmuInstance(DescribedFmu):
             if self._messages():
                 raise SimulationError(f"{file}: {self._messages()}") from None
             reason = " ".join(str(error).split())
-            what = f"cannot be loaded: {reason}{_mount_hint(folder)}"
-            raise InputError(what, file=file) from None
+            problem = f"cannot be loaded: {reason}{_mount_hint(folder)}"
+            raise InputError(problem, file=file) from None
         try:
             self._bind(self._calls)
             self._start(self._calls, self._start_rows)

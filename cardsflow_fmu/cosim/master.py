@@ -251,8 +251,8 @@ def _with_finite_solve_times(recording: Recording) -> Recording:
     bad = [row for row in recording.times_of_ticks() if not np.isfinite(row).all()]
     if not bad:
         return recording
-    what = not_finite_message(SOLVE_TIME, bad[0][1], bad[0][0])
-    return replace(recording, failure=SimulationError(what))
+    problem = not_finite_message(SOLVE_TIME, bad[0][1], bad[0][0])
+    return replace(recording, failure=SimulationError(problem))
 
 
 def columns_of(

@@ -98,8 +98,8 @@ def _expand_wiring(
         if not sources:
             raise UnknownNameError("output", source, outputs, key=f"wiring.{target}")
         if len(sources) != len(targets):
-            what = f"{source} has {_count(sources)}, {target} has {_count(targets)}"
-            raise InputError(f"sizes do not match: {what}", key=f"wiring.{target}")
+            problem = f"{source} has {_count(sources)}, {target} has {_count(targets)}"
+            raise InputError(f"sizes do not match: {problem}", key=f"wiring.{target}")
         by_target |= dict(zip(targets, sources, strict=True))
     return by_target
 

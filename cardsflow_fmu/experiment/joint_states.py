@@ -86,14 +86,14 @@ def read_joint_states(path: Path, joints: Sequence[str] = ()) -> JointStates:
             error.file = error.file or file
             raise
         except Exception as error:  # damaged files raise errors of any type
-            what = " ".join(str(error).split()) or type(error).__name__
-            raise InputError(f"is damaged: {what}"[:300], file=file) from None
+            problem = " ".join(str(error).split()) or type(error).__name__
+            raise InputError(f"is damaged: {problem}"[:300], file=file) from None
     topics = sorted({topic for topic, _ in found})
     if not topics:
         raise InputError(f"has no messages {TYPE}", file=path)
     if TOPIC not in topics and len(topics) > 1:
-        what = f"has joint states in {', '.join(topics)}, but not in {TOPIC}"
-        raise InputError(what, file=path)
+        problem = f"has joint states in {', '.join(topics)}, but not in {TOPIC}"
+        raise InputError(problem, file=path)
     topic_used = TOPIC if TOPIC in topics else topics[0]
     publishers = {names: rows for (topic, names), rows in found.items() if topic == topic_used}
     named = (names for names in publishers if names and set(joints) <= set(names))
@@ -128,8 +128,8 @@ class _Publisher:
 class _Rows:
     """Values of one quantity, row by row."""
 
-    def __init__(self, what: str) -> None:
-        self._what, self._numbers, self._widths = what, array("d"), set[int]()
+    def __init__(self, quantity: str) -> None:
+        self._quantity, self._numbers, self._widths = quantity, array("d"), set[int]()
 
     def add(self, row: FloatArray) -> None:
         """Add a row."""
@@ -144,8 +144,8 @@ class _Rows:
     def table(self, shape: tuple[int, int], path: Path) -> FloatArray:
         """Return all rows as an array."""
         if self._widths != {shape[1]}:
-            what = f"its joint states must have one value of {self._what} per name"
-            raise InputError(what, file=path)
+            problem = f"its joint states must have one value of {self._quantity} per name"
+            raise InputError(problem, file=path)
         return np.frombuffer(self._numbers).reshape(shape)
 
 
@@ -156,11 +156,11 @@ def _recording_files(folder: Path) -> list[Path]:
     files = [file for file in folder.iterdir() if file.suffix.lower() in RECORDINGS]
     if not files:
         packed = [file.name for file in folder.iterdir() if file.suffix.lower() == ".zstd"]
-        what = f"its files are compressed, such as {packed[0]}" if packed else "no files"
+        problem = f"its files are compressed, such as {packed[0]}" if packed else "no files"
         hint = (
             "convert it with `ros2 bag convert`"
             if packed
             else f"it must contain {' or '.join(RECORDINGS)}"
         )
-        raise InputError(f"is an unsupported rosbag2 folder: {what}; {hint}", file=folder)
+        raise InputError(f"is an unsupported rosbag2 folder: {problem}; {hint}", file=folder)
     return sorted(files, key=lambda file: (len(file.name), file.name))

@@ -75,11 +75,11 @@ def require_archive_paths(data: Mapping[str, Any], file: Path) -> None:
             continue
         parts = PurePosixPath(path.replace("\\", "/"))
         if parts.is_absolute() or ".." in parts.parts or ":" in path:
-            what = f"{path!r} is outside of the archive of the experiment"
-            raise InputError(what, file=file, key=key)
+            problem = f"{path!r} is outside of the archive of the experiment"
+            raise InputError(problem, file=file, key=key)
         if (file.parent / path).exists() and not lies_in(file.parent / path, [file.parent]):
-            what = f"{path!r} is a link to a file outside of the archive of the experiment"
-            raise InputError(what, file=file, key=key)
+            problem = f"{path!r} is a link to a file outside of the archive of the experiment"
+            raise InputError(problem, file=file, key=key)
 
 
 def require_archive_files(files: Iterable[Path], folder: Path) -> None:
@@ -90,8 +90,8 @@ def require_archive_files(files: Iterable[Path], folder: Path) -> None:
     """
     for file in files:
         if not lies_in(file, [folder]):
-            what = "is used by a robot in an archive, but is outside of the archive"
-            raise InputError(what, file=file)
+            problem = "is used by a robot in an archive, but is outside of the archive"
+            raise InputError(problem, file=file)
 
 
 def _paths(data: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -174,8 +174,8 @@ def collision_meshes(place: str, robot: Robot, folder: Path, roots: Sequence[Pat
     for _, mesh in _meshes(robot, "collision"):
         file = allowed_mesh_file(mesh.uri, folder, roots)
         if files.setdefault(packed_name(mesh.uri), file) != file:
-            what = f"has the name {packed_name(mesh.uri)!r} of another mesh; rename it"
-            raise InputError(what, file=file)
+            problem = f"has the name {packed_name(mesh.uri)!r} of another mesh; rename it"
+            raise InputError(problem, file=file)
     return {f"{place}/{name}": mesh_bytes(file, roots) for name, file in files.items()}
 
 

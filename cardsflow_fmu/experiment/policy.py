@@ -241,13 +241,13 @@ def make_policy(data: dict[str, Any]) -> Policy:
     return policy
 
 
-def _array(what: str, values: Any, dimensions: int) -> FloatArray:
+def _array(label: str, values: Any, dimensions: int) -> FloatArray:
     try:
         array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"{what} must be numbers in rows of equal length") from None
+        raise InputError(f"{label} must be numbers in rows of equal length") from None
     if array.ndim != dimensions or not array.size or not np.isfinite(array).all():
-        raise InputError(f"{what} must be finite numbers with {dimensions} dimensions")
+        raise InputError(f"{label} must be finite numbers with {dimensions} dimensions")
     return array
 
 

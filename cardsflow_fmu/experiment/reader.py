@@ -110,8 +110,8 @@ def _require_experiment(path: Path, file: Path) -> None:
     """Reject a robot file with a hint how to create an experiment."""
     if path.suffix != ".toml" and holds_robot(path) and not (path.is_dir() and file.is_file()):
         robot = shlex.quote(str(path))
-        what = f"is a robot; create an experiment: `cardsflow init {robot} -o {EXPERIMENT_TOML}`"
-        raise InputError(what, file=path)
+        problem = f"is a robot; create an experiment: `cardsflow init {robot} -o {EXPERIMENT_TOML}`"
+        raise InputError(problem, file=path)
 
 
 def _require_text(file: Path) -> None:
@@ -119,8 +119,8 @@ def _require_text(file: Path) -> None:
     try:
         str(file.absolute()).encode()
     except UnicodeEncodeError:
-        what = f"its path is not valid {sys.getfilesystemencoding()}, the encoding of the system"
-        raise InputError(f"{what}: rename the folder, or change the locale", file=file) from None
+        problem = f"its path is not valid {sys.getfilesystemencoding()}, the encoding of the system"
+        raise InputError(f"{problem}: rename the folder, or change the locale", file=file) from None
 
 
 def experiment_settings(
@@ -226,8 +226,8 @@ def _read_estimator(
     if settings is not None and settings.use:
         return settings
     if tables.fmus.estimator is not None:
-        what = "requires an [estimator] with use = true"
-        raise context.error("fmus.estimator", what)
+        problem = "requires an [estimator] with use = true"
+        raise context.error("fmus.estimator", problem)
     return None
 
 
@@ -237,8 +237,8 @@ def _require_estimate(estimator: EstimatorTable | None, context: Context) -> Non
     if estimator is None or not estimator.feedback:
         raise context.error(key, "false requires an [estimator] with feedback = true")
     if estimator.encoder_indices:
-        what = "false excludes encoders; remove estimator.encoder_noise"
-        raise context.error(key, what)
+        problem = "false excludes encoders; remove estimator.encoder_noise"
+        raise context.error(key, problem)
 
 
 def _estimator_wiring(
@@ -317,8 +317,8 @@ def _read_plant(
         context.require("plant.wrenches", "link", name, links)
     taken = set(load_signals(robot)).intersection(wrench_signals(settings.wrenches))
     if taken:
-        what = f"{sorted(taken)[0]!r} is also the force on an end-effector point; rename one"
-        raise context.error("plant.wrenches", what)
+        problem = f"{sorted(taken)[0]!r} is also the force on an end-effector point; rename one"
+        raise context.error("plant.wrenches", problem)
     if settings.integrator == "rk4":
         try:
             require_rk4_support(settings.engine, scene, robot)

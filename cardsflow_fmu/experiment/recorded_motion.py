@@ -91,7 +91,7 @@ def _file_columns(file: Path, spaces: Mapping[Space, Names], lengths: Sequence[s
         joints = spaces["joint"].names if "joint" in spaces else ()
         return read_joint_states(file, joints).columns()
     if file.suffix.lower() == ".csv":
-        names, rows = read_csv(file, what="table of numbers", most=limits.MOTION_VALUES)
+        names, rows = read_csv(file, kind="table of numbers", most=limits.MOTION_VALUES)
         return dict(zip(names, rows.T, strict=True))
     if file.suffix.lower() in OPENSIM:
         return joint_columns(read_opensim_table(file), lengths)
@@ -164,9 +164,9 @@ def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
             space: Space = "operational" if name.startswith("y") else "joint"
             coords = spaces[space].names if space in spaces else ()
             if numbers.shape[1] != len(coords):
-                what = f"must have one column per coordinate ({', '.join(coords)}), "
-                what += f"not {numbers.shape[1]}"
-                raise InputError(what, key=name)
+                problem = f"must have one column per coordinate ({', '.join(coords)}), "
+                problem += f"not {numbers.shape[1]}"
+                raise InputError(problem, key=name)
             columns |= {f"{name}.{one}": numbers[:, k] for k, one in enumerate(coords)}
         else:
             raise InputError(f"must have 1 or 2 dimensions, not {numbers.ndim}", key=name)
@@ -195,8 +195,8 @@ def _array(data: bytes) -> np.ndarray[Any, Any]:
         array = np.frombuffer(data, kind, count, stream.tell())
         return array.reshape(shape, order="F" if in_columns else "C")
     except Exception as error:  # damaged files raise errors of any type
-        what = " ".join(str(error).split())
-        raise InputError(f"is not a valid NumPy file: {what}"[:300]) from None
+        problem = " ".join(str(error).split())
+        raise InputError(f"is not a valid NumPy file: {problem}"[:300]) from None
 
 
 def _columns_of_array(array: np.ndarray[Any, Any], spaces: Mapping[Space, Names]) -> Columns:
@@ -207,8 +207,8 @@ def _columns_of_array(array: np.ndarray[Any, Any], spaces: Mapping[Space, Names]
     rows, n = _numbers(array, "rows"), len(coords.names)
     widths = [1 + n * orders for orders in (1, 2, 3)]
     if rows.ndim != 2 or rows.shape[1] not in widths:
-        what = f"must have 1 + {n} columns, time and {', '.join(coords.names)}, or 1 + {n} more"
-        raise InputError(f"{what} for velocities, and accelerations; its shape is {rows.shape}")
+        problem = f"must have 1 + {n} columns, time and {', '.join(coords.names)}, or 1 + {n} more"
+        raise InputError(f"{problem} for velocities, and accelerations; its shape is {rows.shape}")
     letters = [_LETTERS[space] + ending for ending in _ENDINGS]
     names = ["time", *(f"{letter}.{name}" for letter in letters for name in coords.names)]
     return dict(zip(names, rows.T, strict=False))
@@ -232,7 +232,7 @@ def _parse_columns(
     rows = np.stack(list(columns.values()), axis=1) if _have_equal_length(columns) else None
     if rows is None:
         raise InputError("has columns of different lengths")
-    require_table(list(columns), rows, None, what="table of numbers")
+    require_table(list(columns), rows, None, kind="table of numbers")
     space = _space(columns, spaces)
     letter, names = _LETTERS[space], spaces[space].names
     q, qd, qdd = (_rows(columns, letter + end, names, bare=not end) for end in _ENDINGS)
@@ -284,8 +284,9 @@ def _space(columns: Columns, spaces: Mapping[Space, Names]) -> Space:
     space = next(iter(spaces))
     first = missing[space][0]
     known = [f"{_LETTERS[each]}.{name}" for each, axes in spaces.items() for name in axes.names]
-    what = f"has no column {_LETTERS[space]}.{first} or {first}; it has {_shorten(list(columns))}"
-    raise InputError(f"{what}; the robot has {_shorten(known)}")
+    problem = f"has no column {_LETTERS[space]}.{first} or {first}"
+    has = _shorten(list(columns))
+    raise InputError(f"{problem}; it has {has}; the robot has {_shorten(known)}")
 
 
 def _shorten(names: Sequence[str], most: int = 12) -> str:

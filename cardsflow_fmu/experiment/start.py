@@ -70,8 +70,8 @@ def read_reference(
     if approach.start is not None:
         size = len(_names(space, context).names)
         if len(approach.start) != size:
-            what = f"must be a list of {size} numbers, not {list(approach.start)!r}"
-            raise context.error("reference.approach.start", what)
+            problem = f"must be a list of {size} numbers, not {list(approach.start)!r}"
+            raise context.error("reference.approach.start", problem)
         settings = _read_start(
             start, context, robot, curve, approach.start, at_rest=True, dynamics=dynamics
         )
@@ -106,8 +106,8 @@ def _start_of_motion(
             raise InputError(f"{file} does not exist; compute it: {command}")
         motion = read_motion(file, {space: _names(space, context)}, None)
         if not np.allclose(motion.points[0].q, first, rtol=0.0, atol=_REACHABLE):
-            what = f"{file.name} begins at another pose than [start]"
-            raise InputError(f"{what}; compute it again: {command}")
+            problem = f"{file.name} begins at another pose than [start]"
+            raise InputError(f"{problem}; compute it again: {command}")
     return start, ReferenceSettings(space, motion)
 
 
@@ -192,8 +192,8 @@ def _read_curve(
         return _named_trajectory(table, space, context, robot_path, in_file)
     names = _names("operational", context).names
     if len(names) != 3 or any(not name.endswith(f".{a}") for name, a in zip(names, "xyz")):  # noqa: B905
-        what = f"requires an end-effector point with axes x, y, z, not {', '.join(names) or 'none'}"
-        raise context.error("reference.flower.centre", what)
+        problem = "requires an end-effector point with axes x, y, z, not "
+        raise context.error("reference.flower.centre", problem + (", ".join(names) or "none"))
     return table.flower
 
 
@@ -217,8 +217,8 @@ def _named_trajectory(
     if file is None:
         file = trajectories_file(robot_path)
         if file is None:
-            what = f"missing; there is no trajectories file in the folder of {robot_path}"
-            raise context.error("reference.file", what)
+            problem = f"missing; there is no trajectories file in the folder of {robot_path}"
+            raise context.error("reference.file", problem)
     try:
         trajectory = read_trajectory(file, name, space)
     except UnknownNameError as error:
@@ -228,8 +228,8 @@ def _named_trajectory(
     if trajectory.space == "joint" and size == len(in_file):
         return _select_coordinates(trajectory, [in_file.index(name) for name in rows.names])
     if size != len(rows.names):
-        what = f"{name!r} moves {size} {rows.kind}s, the robot has {len(rows.names)}"
-        raise context.error(key, what)
+        problem = f"{name!r} moves {size} {rows.kind}s, the robot has {len(rows.names)}"
+        raise context.error(key, problem)
     return trajectory
 
 
@@ -281,9 +281,9 @@ def _read_start(
     for coordinate, value in zip(robot.coordinates, q, strict=True):
         if not coordinate.lower <= value <= coordinate.upper:
             limits = f"{coordinate.lower!r} to {coordinate.upper!r}"
-            what = f"must be within the joint limits {limits}, not {value!r}"
-            what += "; is it in degrees?" if is_in_degrees(coordinate, value) else ""
-            raise context.error(f"start.q.{coordinate.name}", what)
+            problem = f"must be within the joint limits {limits}, not {value!r}"
+            problem += "; is it in degrees?" if is_in_degrees(coordinate, value) else ""
+            raise context.error(f"start.q.{coordinate.name}", problem)
     return StartSettings(q=q, qd=start.qd)
 
 

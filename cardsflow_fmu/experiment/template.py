@@ -36,7 +36,7 @@ class ExperimentDraft:
 
     Attributes:
         motion: The reference motion of the coordinates that are not locked.
-        what: Description of the motion.
+        summary: Description of the motion.
         file: File of the motion, without noise; empty to write its points.
         locked: Locked coordinates: position in [rad] or [m], and reason, by name.
         springs: Stiffness, rest position and damping of springs that could replace a lock, in SI
@@ -62,7 +62,7 @@ class ExperimentDraft:
     period: float = field(kw_only=True)
     step: float = field(kw_only=True)
     notes: tuple[str, ...] = ()
-    what: str = "a gentle motion from the first pose to one nearby and back"
+    summary: str = "a gentle motion from the first pose to one nearby and back"
     file: str = ""
 
 
@@ -85,7 +85,7 @@ def experiment_text(
     lines = [
         *(
             f"# {line}"
-            for line in wrap(_INTRODUCTION.format(" ".join(robot.name.split()), draft.what), 96)
+            for line in wrap(_INTRODUCTION.format(" ".join(robot.name.split()), draft.summary), 96)
         ),
         *(f"# {line}" for note in draft.notes for line in wrap(note, 96)),
         "",

@@ -121,8 +121,8 @@ def _custom_muscle_laws(muscles: dict[str, Any], experiment: Experiment) -> File
             continue
         carried = f"muscles/{law.file.name}"
         if files.setdefault(carried, law.file) != law.file:
-            what = "has the same name as the file of another muscle law; rename one"
-            raise InputError(what, file=law.file, key=f"muscles.{name}.model")
+            problem = "has the same name as the file of another muscle law; rename one"
+            raise InputError(problem, file=law.file, key=f"muscles.{name}.model")
         row["model"]["kind"] = str(law._replace(file=Path(carried)))
     return files
 

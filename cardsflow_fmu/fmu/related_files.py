@@ -43,13 +43,13 @@ def related_files(model_name: str, results: ReferenceResults) -> dict[str, bytes
     ET.register_namespace("fmi-ls", _SPACE)
     root = ET.Element("fmiReferences", {f"{{{_SPACE}}}{key}": text for key, text in _ABOUT.items()})
     file = f"{model_name}_ref.csv"
-    what = (
+    content = (
         "Outputs at the communication points of a simulation from 0 s with constant inputs and "
         f"parameters, their start values, and steps of {results.step!r} s"
     )
     if results.failure:
-        what += f"; the next step fails: {results.failure}"
-    ET.SubElement(root, "Related", type="text/csv", source=file, role="result", description=what)
+        content += f"; the next step fails: {results.failure}"
+    ET.SubElement(root, "Related", type="text/csv", source=file, role="result", description=content)
     ET.indent(root)
     manifest: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     return {

@@ -139,8 +139,8 @@ def _build_time() -> str:
         seconds = int(time.time() if text is None else text)
         return datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     except (ValueError, OverflowError, OSError):
-        what = f"SOURCE_DATE_EPOCH: {text!r} is not a time in seconds since 1970"
-        raise InputError(f"{what}; set it to a whole number") from None
+        problem = f"SOURCE_DATE_EPOCH: {text!r} is not a time in seconds since 1970"
+        raise InputError(f"{problem}; set it to a whole number") from None
 
 
 def _python_files(model_class: type[FmuModel], ports: Sequence[Port]) -> dict[str, bytes]:

@@ -227,8 +227,8 @@ def policy_numbers(experiment: Experiment) -> FloatArray:
         return np.empty(0)
     policy = read_policy(settings.policy)
     if abs(settings.period - policy.step) > 1e-9 * policy.step:
-        what = f"must be {policy.step} s, the step of the policy, not {settings.period} s"
-        raise InputError(what, file=experiment.file, key="controller.period")
+        problem = f"must be {policy.step} s, the step of the policy, not {settings.period} s"
+        raise InputError(problem, file=experiment.file, key="controller.period")
     try:
         return policy.numbers(robot, settings.space)
     except InputError as error:

@@ -29,8 +29,11 @@ class DartPlant:
     def __init__(self, experiment: Experiment, views: Mapping[str, FloatArray]) -> None:
         for key, usual in (("tension_scale", 1.0), ("break_time", 0.0)):
             if any(value != usual for value in getattr(experiment.plant, key)):
-                what = "requires the engine core, which supports neither contacts nor custom laws"
-                raise InputError(what, file=experiment.file, key=f"plant.{key}")
+                raise InputError(
+                    "requires the engine core, which supports neither contacts nor custom laws",
+                    file=experiment.file,
+                    key=f"plant.{key}",
+                )
         robot = experiment.plant_robot
         self._robot = robot
         self._settings, self._scene = experiment.plant, experiment.scene

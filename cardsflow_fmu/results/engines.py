@@ -61,7 +61,7 @@ def python_reasons(experiment: Experiment) -> dict[str, str]:
     if experiment.hardware.use and "plant" in roles:
         roles.remove("plant")
     unsupported = {role: missing_in_c(experiment, role) for role in roles}
-    return {role: what for role, what in unsupported.items() if what is not None}
+    return {role: feature for role, feature in unsupported.items() if feature is not None}
 
 
 def system_engines(files: Mapping[str, Path]) -> dict[str, str]:

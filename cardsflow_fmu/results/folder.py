@@ -91,14 +91,14 @@ class OutputFolder:
         """Check that existing files with names of results are from an earlier run."""
         link = next((name for name in _RESULT_FILES if (self.path / name).is_symlink()), None)
         if link is not None:  # a link would redirect the write to another file
-            what = f"has a link {link}; remove it, or choose another output folder"
-            raise InputError(what, file=self.path)
+            problem = f"has a link {link}; remove it, or choose another output folder"
+            raise InputError(problem, file=self.path)
         existing = [name for name in _RESULT_FILES if (self.path / name).exists()]
         if RECORDING_FILE in existing and _is_recording(self.path / RECORDING_FILE):
             existing.remove(RECORDING_FILE)  # from a run that was killed
         if existing and not _is_summary(self.path / _SUMMARY):
-            what = f"has a file {existing[0]} that no run has written; choose another output folder"
-            raise InputError(what, file=self.path)
+            problem = f"has a file {existing[0]} that no run has written"
+            raise InputError(f"{problem}; choose another output folder", file=self.path)
 
 
 def _is_recording(file: Path) -> bool:

@@ -149,8 +149,8 @@ class Journal:
             self._file.truncate(self._size)
             self._file.close()
             self._file = None
-            what = f"the results cannot be written: {error.strerror}"
-            raise SimulationError(what) from None
+            problem = f"the results cannot be written: {error.strerror}"
+            raise SimulationError(problem) from None
 
 
 def no_rows(names: tuple[str, ...]) -> FloatArray:

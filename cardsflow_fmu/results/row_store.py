@@ -66,8 +66,8 @@ class RowStore:
                 _reserve(table.fileno(), self._head + size)
                 self._memory = mmap.mmap(table.fileno(), self._head + size)
         except OSError as error:
-            what = f"has not enough space for a run of {count} rows, {size >> 20} MiB"
-            raise file_error(error, what, folder) from None
+            problem = f"has not enough space for a run of {count} rows, {size >> 20} MiB"
+            raise file_error(error, problem, folder) from None
         self.rows = np.frombuffer(self._memory, offset=self._head).reshape(count, columns)
         if file is not None:
             self.publish(0)
@@ -123,7 +123,7 @@ def read_npy(file: Path, columns: int) -> FloatArray:
         reason = " ".join(str(error).split())
         raise InputError(f"is not an array of numbers: {reason}", file=file) from None
     if rows.dtype != np.float64 or rows.ndim != 2 or rows.shape[1] != columns:
-        what = f"an array of float64 with {columns} columns, but {rows.dtype} of shape {rows.shape}"
-        raise InputError(f"is not {what}", file=file)
+        problem = f"is not an array of float64 with {columns} columns"
+        raise InputError(f"{problem}, but {rows.dtype} of shape {rows.shape}", file=file)
     mapped: FloatArray = np.asarray(rows)
     return mapped

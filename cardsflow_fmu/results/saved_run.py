@@ -106,8 +106,8 @@ def load_run(path: str | Path) -> ExperimentRunData:
     result = read_results(folder)
     archive = folder / EXPERIMENT
     if not archive.is_file():
-        what = f"has no {EXPERIMENT}, which contains the robot; run the experiment again"
-        raise InputError(what, file=folder)
+        problem = f"has no {EXPERIMENT}, which contains the robot; run the experiment again"
+        raise InputError(problem, file=folder)
     scratch = TemporaryFolder()
     try:
         unpack_archive(archive, scratch.path, "archive of an experiment", "an experiment")
@@ -127,8 +127,8 @@ def load_run(path: str | Path) -> ExperimentRunData:
 def _require_same_robot(result: ExperimentRunData, archive: Path) -> None:
     expected, robot = result.summary.get("robot"), result.experiment.robot.name
     if expected is not None and expected != robot:
-        what = f"is of robot {robot!r}, but the results are of {expected!r}"
-        raise InputError(what, file=archive)
+        problem = f"is of robot {robot!r}, but the results are of {expected!r}"
+        raise InputError(problem, file=archive)
 
 
 def _recomputed_summary(result: ExperimentRunData) -> dict[str, Any]:

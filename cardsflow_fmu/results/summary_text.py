@@ -49,7 +49,7 @@ def _engine_lines(summary: Mapping[str, Any]) -> list[str]:
         return []
     engine_text = ", ".join(f"{role} {engine}" for role, engine in engines.items())
     missing = summary.get("not_in_c") or {}
-    why = "".join(f"; {role} in Python: not in C: {what}" for role, what in missing.items())
+    why = "".join(f"; {role} in Python: not in C: {feature}" for role, feature in missing.items())
     return [f"engine      {engine_text}; master {summary['master']}{why}"]
 
 

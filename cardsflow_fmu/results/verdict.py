@@ -132,28 +132,28 @@ def _infeasible(summary: Mapping[str, Any]) -> list[str]:
     if len(worst) > _MAX_NAMES:
         shortfalls.append(f"less at {len(worst) - _MAX_NAMES} more")
     torques = all(rows[name]["unit"] in ("N.m", "N") for name in worst)
-    what = "torque shortfall" if torques else "shortfall"
-    return [f"{line}; {what} {', '.join(shortfalls)}" if shortfalls else line]
+    quantity = "torque shortfall" if torques else "shortfall"
+    return [f"{line}; {quantity} {', '.join(shortfalls)}" if shortfalls else line]
 
 
 def _not_converged(summary: Mapping[str, Any]) -> list[str]:
     count, ticks = summary.get("not_converged_ticks"), summary.get("ticks")
     if not count:
         return []
-    what = "feasible forces may exist, but none were found"
-    return [f"{count} of {ticks} ticks not converged: {what}"]
+    reason = "feasible forces may exist, but none were found"
+    return [f"{count} of {ticks} ticks not converged: {reason}"]
 
 
 def _fallbacks(summary: Mapping[str, Any]) -> list[str]:
     count, ticks = summary.get("fallback_ticks"), summary.get("ticks")
     late, found = summary.get("late_ticks") or 0, []
     if late:
-        what = "set controller.deadline higher or controller.nodes lower"
-        found.append(f"{late} of {ticks} ticks reached controller.deadline; {what}")
+        reason = "set controller.deadline higher or controller.nodes lower"
+        found.append(f"{late} of {ticks} ticks reached controller.deadline; {reason}")
     if count:
-        what = "mpc found no motion, so the computed torque determined the forces"
+        reason = "mpc found no motion, so the computed torque determined the forces"
         advice = "" if late else "; set controller.iterations higher or controller.horizon lower"
-        found.append(f"{count} of {ticks} ticks with the fallback: {what}{advice}")
+        found.append(f"{count} of {ticks} ticks with the fallback: {reason}{advice}")
     return found
 
 
@@ -171,7 +171,7 @@ def _contact_errors(summary: Mapping[str, Any]) -> list[str]:
 def _tracking_errors(summary: Mapping[str, Any]) -> list[str]:
     """Report tracking errors that are large compared to the range of the reference."""
     large, ranges = _large_errors(summary, _MAX_RATIO)
-    what = "not tracked" if large else "tracked poorly"
+    verdict = "not tracked" if large else "tracked poorly"
     if not large:
         large, ranges = _large_errors(summary, _WARNING_RATIO)
     if not large:
@@ -179,7 +179,7 @@ def _tracking_errors(summary: Mapping[str, Any]) -> list[str]:
     name = max(large, key=lambda n: float(large[n]["max"]))
     row, others = large[name], f", and {len(large) - 1} more" if len(large) > 1 else ""
     return [
-        f"the reference is {what}: tracking error up to {row['max']:.3g} {row['unit']} at "
+        f"the reference is {verdict}: tracking error up to {row['max']:.3g} {row['unit']} at "
         f"{name}{others}; range of the reference {ranges[row['unit']]:.3g} {row['unit']}"
     ]
 

@@ -122,8 +122,8 @@ class DeviceNode:
         try:
             self._commands.run(self._stop.is_set)
         except Exception as error:  # the device's watchdog brings the device to its safe state
-            what = " ".join(str(error).split()) or type(error).__name__
-            self._report(f"ROS commands are no longer accepted: {what}")
+            problem = " ".join(str(error).split()) or type(error).__name__
+            self._report(f"ROS commands are no longer accepted: {problem}")
 
     def _make_session(self) -> HardwareSession:
         settings, step = self._settings, self._device.step

@@ -128,6 +128,6 @@ def hardware_run(recording: HardwareRecording) -> RunData:
     rows = np.column_stack([recording.t, recording.commands, recording.states, *extra])
     summary = {"status": "complete"}
     if recording.lost_bytes:
-        what = f"{recording.lost_bytes} bytes after the last valid record are lost"
-        summary = {"status": "incomplete", "error": what}
+        problem = f"{recording.lost_bytes} bytes after the last valid record are lost"
+        summary = {"status": "incomplete", "error": problem}
     return RunData(names, rows, dict(zip(names, units, strict=True)), summary)

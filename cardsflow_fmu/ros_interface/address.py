@@ -68,9 +68,9 @@ def node_address(uri: str) -> NodeAddress:
     if parts.scheme != SCHEME or parts.fragment:
         raise InputError(f"invalid ROS 2 address {uri!r}; the form is {FORM}")
     if ":" in parts.netloc or parts.netloc == "localhost":
-        what = f"a ROS 2 address has no host: remove {parts.netloc!r}; the form is {FORM}; peers "
-        what += "are configured by ROS_DOMAIN_ID, RMW_IMPLEMENTATION and ZENOH_CONFIG_OVERRIDE"
-        raise InputError(what, key=uri)
+        problem = f"a ROS 2 address has no host: remove {parts.netloc!r}; the form is {FORM}; peers"
+        problem += " are configured by ROS_DOMAIN_ID, RMW_IMPLEMENTATION and ZENOH_CONFIG_OVERRIDE"
+        raise InputError(problem, key=uri)
     given = dict(parse_qsl(parts.query, keep_blank_values=True))
     for key in given:
         if key in _REMOVED_KEYS:
@@ -81,8 +81,8 @@ def node_address(uri: str) -> NodeAddress:
     node, controller = given.get("node", "cardsflow"), given.get("controller", "")
     for name in (*names, node, *([controller] if "controller" in given else [])):
         if not _NAME.fullmatch(name):
-            what = f"invalid ROS name {name!r}; use letters, digits and underscores"
-            raise InputError(what, key=uri)
+            problem = f"invalid ROS name {name!r}; use letters, digits and underscores"
+            raise InputError(problem, key=uri)
     return NodeAddress(
         "".join(f"/{name}" for name in names),
         node,

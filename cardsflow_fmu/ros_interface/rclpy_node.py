@@ -65,8 +65,8 @@ class RosNode:
             )
         except Exception as error:  # the exception type depends on the middleware
             rclpy.try_shutdown(context=self._context)
-            what = f"ROS 2 cannot be started: {_error_line(error)}"
-            raise InputError(what, key=SCHEME) from None
+            problem = f"ROS 2 cannot be started: {_error_line(error)}"
+            raise InputError(problem, key=SCHEME) from None
         self._declare(parameters)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
@@ -207,12 +207,12 @@ def _import_rclpy() -> Any:
     except ImportError as error:
         version = ".".join(map(str, sys.version_info[:2]))
         if isinstance(error, ModuleNotFoundError) and error.name == "rclpy":
-            what = f"it is not installed for this Python {version} ({sys.executable})"
+            problem = f"it is not installed for this Python {version} ({sys.executable})"
         else:
-            what = f"it cannot be loaded ({str(error).splitlines()[0]})"
+            problem = f"it cannot be loaded ({str(error).splitlines()[0]})"
         raise InputError(
-            f"ROS 2 topics require rclpy: {what}; source the setup.bash of a ROS distribution and "
-            "run cardsflow with the Python of that distribution, or install the wheels "
+            f"ROS 2 topics require rclpy: {problem}; source the setup.bash of a ROS distribution "
+            "and run cardsflow with the Python of that distribution, or install the wheels "
             "ros-jazzy-rclpy and ros-jazzy-rmw-fastrtps-cpp for Python 3.11; "
             "see docs/how_to/ros.md",
             key=SCHEME,
@@ -227,8 +227,8 @@ def _message_class(name: str) -> type[Any]:
         module = importlib.import_module(f"{package}.{kind}")
         return getattr(module, type_name)  # type: ignore[no-any-return]
     except (ImportError, AttributeError):
-        what = f"the message type {name} is not installed in this ROS 2: install {package}"
-        raise InputError(what, key=SCHEME) from None
+        problem = f"the message type {name} is not installed in this ROS 2: install {package}"
+        raise InputError(problem, key=SCHEME) from None
 
 
 def _excluded_group() -> Any:

@@ -129,8 +129,8 @@ def _build_continuous_plant(
     if name in experiment.fmus:
         unsupported = f"an external {name}"
     if unsupported is not None:
-        what = f"model exchange does not support {unsupported}; build it for co-simulation"
-        raise InputError(what, file=experiment.file)
+        problem = f"model exchange does not support {unsupported}; build it for co-simulation"
+        raise InputError(problem, file=experiment.file)
     with temporary_folder() as scratch:
         libraries: Libraries = {True: _libraries(platforms, scratch, True)}
         if fmi == "2.0" and platforms is None:

@@ -122,8 +122,8 @@ class EditSession:
                 before = _content(self.table)
                 answer |= {"diff": self._diff(before, text), "digest": _digest(before)}
                 if request.get("digest") != _digest(before):
-                    what = "changed on disk; reload the page to edit the new file"
-                    answer["conflict"] = f"{self.table}: {what} (unsaved changes are lost)"
+                    problem = "changed on disk; reload the page to edit the new file"
+                    answer["conflict"] = f"{self.table}: {problem} (unsaved changes are lost)"
                 elif request.get("write") is True:
                     write_files(self.table.parent, {self.table.name: text})
                     answer["digest"] = _digest(text.encode())
@@ -158,8 +158,8 @@ class EditSession:
         links = [link.name for link in self.robot.links]
         again = read_table(text.encode(), links, self.table)
         if again.document.apply_to(self.robot) != changed:
-            what = f"cannot hold these names or values: {[str(f) for f in again.findings[:1]]}"
-            raise InputError(what, file=self.table)
+            problem = f"cannot hold these names or values: {[str(f) for f in again.findings[:1]]}"
+            raise InputError(problem, file=self.table)
         return text
 
     def _diff(self, before: bytes | None, text: str) -> str:

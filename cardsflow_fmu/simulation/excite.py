@@ -167,8 +167,8 @@ def _largest_trackable_motion(
     failure = ""
     for design in designed:
         motion = _trajectory(design)
-        what = "a motion that identifies parameters, for `cardsflow calibrate`"
-        draft = replace(first, motion=motion, what=what, notes=())
+        summary = "a motion that identifies parameters, for `cardsflow calibrate`"
+        draft = replace(first, motion=motion, summary=summary, notes=())
         test_run = search.run_test(draft)
         if test_run is None:
             note = "no test run: the native models do not support this robot"

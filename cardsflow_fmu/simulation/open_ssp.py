@@ -217,5 +217,5 @@ def _require_connectors(component: Component, fmu: Participant, file: Path) -> N
     for connector in component.connectors:
         names = fmu.input_names if connector.kind == "input" else fmu.output_names
         if connector.name not in names:
-            what = f"component {component.name}: the FMU has no numeric {connector.kind}"
-            raise InputError(f"{what} {connector.name!r}", file=file)
+            problem = f"component {component.name}: the FMU has no numeric {connector.kind}"
+            raise InputError(f"{problem} {connector.name!r}", file=file)

@@ -55,17 +55,17 @@ class SystemResult(RunData):
         try:
             import pandas as pd
         except ImportError:
-            what = f"requires pandas: {install('pandas')}"
-            raise InputError(what, key="to_pandas") from None
+            problem = f"requires pandas: {install('pandas')}"
+            raise InputError(problem, key="to_pandas") from None
         frame = pd.DataFrame(self.rows, columns=list(self.names)).set_index("time")
         frame.attrs["units"] = dict(self.units)
         return frame
 
-    def plot(self, what: Sequence[str] = (), columns: Sequence[str] = ()) -> Figure:
+    def plot(self, panels: Sequence[str] = (), columns: Sequence[str] = ()) -> Figure:
         """Return a figure of the result.
 
         Args:
-            what: Panels, such as `forces` and `tracking` (default: forces, tracking and errors).
+            panels: Panels, such as `forces` and `tracking` (default: forces, tracking and errors).
             columns: Patterns of additional columns, such as `q.*`.
 
         Raises:
@@ -73,7 +73,7 @@ class SystemResult(RunData):
         """
         from cardsflow_fmu.results.report.figures import figure_of
 
-        return figure_of(self, what, columns)
+        return figure_of(self, panels, columns)
 
     def _repr_html_(self) -> str:
         """Return the summary and a figure for a notebook."""

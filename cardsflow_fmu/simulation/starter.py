@@ -144,11 +144,11 @@ def _require_inside(files: Sequence[Path], folder: Path) -> None:
     if outside:
         common = os.path.commonpath([file.resolve() for file in files])
         parent = os.path.relpath(common)
-        what = (
+        problem = (
             f"is outside the folders of robot and experiment, and a run does not open it; write "
             f"the experiment to a folder that contains all files: -o {parent}"
         )
-        raise InputError(what, file=outside[0])
+        raise InputError(problem, file=outside[0])
 
 
 def path_from(folder: Path, robot: Path) -> str:
@@ -161,8 +161,8 @@ def path_from(folder: Path, robot: Path) -> str:
 
 def _require_new(file: Path) -> None:
     if os.path.lexists(file):
-        what = "already exists; choose another file with -o, or use --overwrite"
-        raise InputError(what, file=file)
+        problem = "already exists; choose another file with -o, or use --overwrite"
+        raise InputError(problem, file=file)
 
 
 def _write_new(file: Path, text: str) -> None:

@@ -83,8 +83,8 @@ def run_study(
     files = RunStore(Path(output or study.output))
     with files.locked():
         if files.hashes() and not resume:
-            what = "contains runs of a study; continue it with --resume, or use another folder (-o)"
-            raise InputError(what, file=files.folder)
+            problem = "contains runs of a study; continue it with --resume, or use another folder"
+            raise InputError(f"{problem} (-o)", file=files.folder)
         work = _StudyRun(study, files, progress)
         try:
             with _run_executor(executor, jobs) as runs:
@@ -97,8 +97,8 @@ def run_study(
         except (StudyError, KeyboardInterrupt) as error:
             reason = INTERRUPTED if isinstance(error, KeyboardInterrupt) else str(error)
             done = f"{work.done} of {work.total} runs are complete"
-            what = f"{reason}; {done}; use --resume to continue"
-            raise StudyError(what) from None
+            problem = f"{reason}; {done}; use --resume to continue"
+            raise StudyError(problem) from None
 
 
 def repeat_run(study: Study, prefix: str, output: str | Path | None = None) -> tuple[str, Outcome]:
@@ -116,16 +116,16 @@ def repeat_run(study: Study, prefix: str, output: str | Path | None = None) -> t
     """
     files = RunStore(Path(output or study.output))
     if not set(prefix) <= set(string.hexdigits) or not prefix:
-        what = f"must be the first digits of a run's hash, not {prefix!r}"
-        raise InputError(what, key="--only")
+        problem = f"must be the first digits of a run's hash, not {prefix!r}"
+        raise InputError(problem, key="--only")
     work = _StudyRun(study, files, None)
     runs = () if study.optimise else expand(study, work.fingerprint)
     run = next((run for run in runs if run.hash.startswith(prefix)), None)
     if run is None:
         stored = files.settings(prefix)
         if not stored:
-            what = f"no run has a hash that begins with {prefix!r}; the table lists all hashes"
-            raise InputError(what, file=study.file, key="--only")
+            problem = f"no run has a hash that begins with {prefix!r}; the table lists all hashes"
+            raise InputError(problem, file=study.file, key="--only")
         run = Run(0, {}, stored[0], prefix)
     return rerun_command(study, run), execute_run(work.job, run.settings)
 
@@ -184,8 +184,8 @@ class _StudyRun:
         """Return the stored outcome of a run."""
         outcome = self.files.read(run)
         if outcome is None:
-            what = f"the file of run {run.hash} is missing or damaged"
-            raise StudyError(f"{self.files.folder}: {what}")
+            problem = f"the file of run {run.hash} is missing or damaged"
+            raise StudyError(f"{self.files.folder}: {problem}")
         return outcome
 
     def rows(self) -> Iterator[tuple[Run, Outcome]]:

@@ -178,7 +178,7 @@ def require_inside(name: str, path: Path) -> None:
     """
     parts = PurePosixPath(name).parts
     if not parts or len(name) > _MAX_NAME:
-        what = f"contains a file name with {len(name)} characters; 1 to {_MAX_NAME} are allowed"
-        raise InputError(what, file=path)
+        problem = f"contains a file name with {len(name)} characters; 1 to {_MAX_NAME} are allowed"
+        raise InputError(problem, file=path)
     if name.startswith("/") or "\\" in name or ":" in name or ".." in parts:
         raise InputError(f"contains {name!r}, a path outside of the archive", file=path)

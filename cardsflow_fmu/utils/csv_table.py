@@ -34,7 +34,7 @@ def read_csv(
     file: Path,
     *,
     complete: bool = True,
-    what: str = "table of results",
+    kind: str = "table of results",
     most: int = limits.VALUES,
     blanks: bool = False,
 ) -> tuple[tuple[str, ...], FloatArray]:
@@ -44,7 +44,7 @@ def read_csv(
 
     Args:
         file: The table.
-        what: Expected kind of table, for messages.
+        kind: Expected kind of table, for messages.
         complete: Whether the file is complete. If not, a last line without newline is ignored.
         most: Maximum number of values.
         blanks: Whether fields can be empty; empty fields become NaN.
@@ -65,13 +65,13 @@ def read_csv(
                 converter = _number_or_nan if blanks else None
                 rows = np.loadtxt(lines, delimiter=delimiter, ndmin=2, converters=converter)
     except ValueError as error:
-        raise InputError(format_error(error, what), file=file) from None
+        raise InputError(format_error(error, kind), file=file) from None
     if not rows.size:
         rows = rows.reshape(0, len(names))
     if rows.shape[1] != len(names):
         found = f"the first line has {len(names)} names, but the rows have {rows.shape[1]} numbers"
-        raise InputError(f"is not a {what}: {found}", file=file)
-    require_table(names, rows, file, what=what)
+        raise InputError(f"is not a {kind}: {found}", file=file)
+    require_table(names, rows, file, kind=kind)
     return names, rows
 
 
@@ -109,12 +109,12 @@ def format_error(error: Exception, expected: str) -> str:
     """Return a one-line message that a file does not have the expected format."""
     if isinstance(error, UnicodeDecodeError):
         return f"is not a {expected}: it is not UTF-8 text"
-    what = str(error).partition(";")[0].replace("\0", "\\0")  # omits NumPy's hints for programmers
-    return f"is not a {expected}: {what if len(what) < _LONG else what[:_LONG] + '...'}"
+    problem = str(error).partition(";")[0].replace("\0", "\\0")  # without NumPy's hints
+    return f"is not a {expected}: {problem if len(problem) < _LONG else problem[:_LONG] + '...'}"
 
 
 def require_table(
-    names: Sequence[str], rows: FloatArray, file: Path | None, *, what: str = "table of results"
+    names: Sequence[str], rows: FloatArray, file: Path | None, *, kind: str = "table of results"
 ) -> None:
     """Reject missing or duplicate column names, and times that are not finite or decrease.
 
@@ -122,14 +122,14 @@ def require_table(
         names: Names of the columns.
         rows: Values, shape (rows, len(names)).
         file: File of the table, for messages.
-        what: Expected kind of table, for messages.
+        kind: Expected kind of table, for messages.
 
     Raises:
         InputError: The table is invalid.
     """
     found = _fault(names, rows)
     if found is not None:
-        raise InputError(f"is not a {what}: {found}" if any(names) else found, file=file)
+        raise InputError(f"is not a {kind}: {found}" if any(names) else found, file=file)
 
 
 def _fault(names: Sequence[str], rows: FloatArray) -> str | None:

@@ -17,11 +17,11 @@ def install(extra: str) -> str:
     return f"pip install 'cardsflow[{extra}]'"
 
 
-def require(what: str, extra: str, *modules: str, key: str | None = None) -> None:
+def require(feature: str, extra: str, *modules: str, key: str | None = None) -> None:
     """Require the packages of an extra.
 
     Args:
-        what: Feature that needs the extra, in the plural, for the message.
+        feature: Feature that needs the extra, in the plural, for the message.
         modules: Modules to import; their top-level package is named in the message.
         key: Option or setting that uses the feature.
 
@@ -33,4 +33,4 @@ def require(what: str, extra: str, *modules: str, key: str | None = None) -> Non
             importlib.import_module(module)
         except ImportError:
             package = module.partition(".")[0]
-            raise InputError(f"{what} need {package}: {install(extra)}", key=key) from None
+            raise InputError(f"{feature} need {package}: {install(extra)}", key=key) from None

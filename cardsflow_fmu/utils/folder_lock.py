@@ -36,8 +36,8 @@ class FolderLock:
         try:
             self._descriptor = _open_locked(self._file)
         except BlockingIOError:
-            what = f"another program uses this folder{_owner(self._file)}; wait until it ends, or"
-            raise InputError(f"{what} choose another folder", file=folder) from None
+            problem = f"another program uses this folder{_owner(self._file)}; wait until it ends"
+            raise InputError(f"{problem}, or choose another folder", file=folder) from None
         except (OSError, ValueError) as error:
             raise file_error(error, "cannot be written", folder) from None
         since = datetime.datetime.now().astimezone().isoformat(" ", "seconds")

@@ -21,8 +21,8 @@ def read_key(file: str | Path) -> bytes:
     """
     key = read_file(Path(file), _MAX_BYTES)
     if len(key) < MIN_BYTES:
-        what = f"contains {len(key)} bytes; a key needs at least {MIN_BYTES}; create one with"
-        raise InputError(f"{what} `head -c 32 /dev/urandom > key.bin`", file=file)
+        problem = f"contains {len(key)} bytes; a key needs at least {MIN_BYTES}; create one with"
+        raise InputError(f"{problem} `head -c 32 /dev/urandom > key.bin`", file=file)
     return key
 
 

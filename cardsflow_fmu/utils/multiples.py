@@ -19,7 +19,7 @@ class StepLengthError(InputError):
 def whole_steps(
     time: float,
     step: float,
-    what: str,
+    label: str,
     *,
     key: str | None = None,
     most: float = math.inf,
@@ -30,7 +30,7 @@ def whole_steps(
     Args:
         time: In [s].
         step: In [s].
-        what: Name of the step, for the message.
+        label: Name of the step, for the message.
         key: Key of the time, for the message.
         most: Maximum number of steps.
         parameter: Parameter that sets the step, for the message.
@@ -43,14 +43,15 @@ def whole_steps(
     """
     ratio = time / step
     if ratio > most + 0.5:
-        what = f"{time!r} s is {ratio:.6g} times {what}, {step!r} s"
-        raise StepLengthError(f"{what}; the maximum is {most}; use shorter steps", key=key)
+        problem = f"{time!r} s is {ratio:.6g} times {label}, {step!r} s"
+        raise StepLengthError(f"{problem}; the maximum is {most}; use shorter steps", key=key)
     steps = round(ratio) if math.isfinite(ratio) else 0
     if steps < 1 or abs(ratio - steps) > _TOLERANCE * steps:
-        what = f"{time!r} s is not a whole multiple of {what}, {step!r} s"
+        problem = f"{time!r} s is not a whole multiple of {label}, {step!r} s"
         if parameter is not None:
-            what += f"; use a multiple, or set the parameter {parameter} before the initialization"
-        raise StepLengthError(what, key=key)
+            remedy = f"set the parameter {parameter} before the initialization"
+            problem += f"; use a multiple, or {remedy}"
+        raise StepLengthError(problem, key=key)
     return steps
 
 

@@ -19,7 +19,7 @@ from .csv_table import csv_text, format_error, require_bounded, require_table
 
 FILE_TYPES = (".mot", ".sto")
 
-_WHAT = "valid OpenSim table"
+_KIND = "valid OpenSim table"
 _MAX_HEADER = 1000  # lines
 _STATE = re.compile(r"/jointset/[^/]+/(?P<coordinate>[^/]+)/(?P<kind>value|speed)")
 
@@ -55,13 +55,13 @@ def read_opensim_table(file: Path) -> OpenSimTable:
                 warnings.simplefilter("ignore", UserWarning)  # about a table without rows
                 rows = np.loadtxt(stream, ndmin=2)
     except ValueError as error:
-        raise InputError(format_error(error, _WHAT), file=file) from None
+        raise InputError(format_error(error, _KIND), file=file) from None
     names = tuple(name.strip() for name in names)
     rows = rows if rows.size else rows.reshape(0, len(names))
     if rows.shape[1] != len(names):
         found = f"line {line + 1} has {len(names)} names, but the rows have {rows.shape[1]} numbers"
-        raise InputError(f"is not a {_WHAT}: {found}", file=file)
-    require_table(names, rows, file, what=_WHAT)
+        raise InputError(f"is not a {_KIND}: {found}", file=file)
+    require_table(names, rows, file, kind=_KIND)
     return OpenSimTable(names, rows, in_degrees)
 
 
@@ -81,7 +81,7 @@ def _header(stream: TextIO, file: Path) -> tuple[bool, int]:
                 raise InputError(f"inDegrees must be yes or no, not {value.strip()!r}", file=file)
             in_degrees = value.strip() == "yes"
     raise InputError(
-        f"is not a {_WHAT}: the line `endheader` before the columns is missing", file=file
+        f"is not a {_KIND}: the line `endheader` before the columns is missing", file=file
     )
 
 

@@ -121,9 +121,9 @@ def main() -> int:
     results = runs(options.example, options.output, options.duration, options.hardware)
     simulated, real = results[SIMULATED], results[HARDWARE]
     draw(results, options.output / "compared.png")
-    for what, result in results.items():
+    for label, result in results.items():
         tracking = result.summary["tracking"]
-        print(f"{what:30} tracking RMS {tracking['rms']:.3g} {tracking['unit']}")
+        print(f"{label:30} tracking RMS {tracking['rms']:.3g} {tracking['unit']}")
     same = digest(options.output / "plant") == digest(options.output / "hardware")
     print(f"controller.fmu {'is the same file' if same else 'DIFFERS'}")
     trips = real.summary["hardware"]["round_trip"]

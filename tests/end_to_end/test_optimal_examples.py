@@ -44,7 +44,7 @@ def test_hand_follows_the_motion(
     file = tmp_path / "motion.csv"
     code, _, err = CommandLine(capsys)("optimise", EXAMPLES / name, "-o", file)
     assert code == 0, err
-    names, rows = read_csv(file, what="motion", most=100_000)
+    names, rows = read_csv(file, kind="motion", most=100_000)
     motion = dict(zip(names, rows.T, strict=True))
     hand = [name for name in names if name.startswith("y.")]
     for scale, most in ((1.0, 1e-3), (1.1, 5e-3), (0.9, 5e-3)):

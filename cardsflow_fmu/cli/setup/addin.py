@@ -42,18 +42,18 @@ def add_import_cad(commands: Commands) -> None:
         "build123d (.py; it is executed), or a STEP file with tables of its joints and muscles.",
     )
     parser.add_argument("design", type=Path, help="a snapshot, .py, .step or .stp")
-    what = "folder for the robot; files that you edited stay (default: the name of the design)"
-    add_output(parser, what, metavar="FOLDER")
+    text = "folder for the robot; files that you edited stay (default: the name of the design)"
+    add_output(parser, text, metavar="FOLDER")
     add_settings(parser, "setting of the export", "up_axis=y")
     add_json(parser, "files and findings")
     step = parser.add_argument_group("options for STEP files")
-    for name, what in (
+    for name, meaning in (
         ("joints", "table of the joints between the parts"),
         ("muscles", "table of the muscles and task points"),
         ("wraps", "table of the faces that muscles wrap around"),
         ("materials", "table of densities or masses of parts"),
     ):
-        text = f"{what} (default: none)"
+        text = f"{meaning} (default: none)"
         step.add_argument(f"--{name}", type=Path, metavar="CSV", help=text)
     text = "density of parts without a material, in kg/m3 (default: none)"
     step.add_argument("--density", type=float, metavar="X", help=text)
@@ -122,8 +122,8 @@ def _import_cad(options: argparse.Namespace) -> int:
         if (value := getattr(options, name, None)) is not None
     }
     if not 0.0 < given.get("density", 1.0) < math.inf:
-        what = f"must be positive and finite, not {options.density:g}"
-        raise InputError(what, key="--density")
+        problem = f"must be positive and finite, not {options.density:g}"
+        raise InputError(problem, key="--density")
     limit = getattr(options, "time_limit", None)
     if limit is not None and not 0.0 < limit < math.inf:
         raise InputError(f"must be positive and finite, not {limit:g}", key="--time-limit")

@@ -39,8 +39,8 @@ def add_init(commands: Commands) -> None:
         "cardsflow init examples/planar_2r/robot -o my_arm/experiment.toml",
     )
     add_robot(parser)
-    what = "the file to write, or a folder for experiment.toml"
-    add_output(parser, what, default=Path("experiment.toml"), metavar="FILE")
+    text = "the file to write, or a folder for experiment.toml"
+    add_output(parser, text, default=Path("experiment.toml"), metavar="FILE")
     add_overwrite(parser)
     add_json(parser, "the file name")
 

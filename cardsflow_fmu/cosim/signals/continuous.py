@@ -56,14 +56,14 @@ def limited_sides(robot: Robot) -> list[tuple[int, int]]:
 
 def _derivative(state: Port) -> Port:
     unit = _RATES.get(state.unit, f"{state.unit}/s")
-    what = f"Derivative of {state.name}"
-    return Port(derivative_signal(state.name), unit, "local", "continuous", what)
+    description = f"Derivative of {state.name}"
+    return Port(derivative_signal(state.name), unit, "local", "continuous", description)
 
 
 def _indicators(robot: Robot) -> list[Port]:
-    what = "Distance from the {} limit, or force of the limit while it holds, of {}"
+    description = "Distance from the {} limit, or force of the limit while it holds, of {}"
     return [
-        Port(name, "", "local", "continuous", what.format(side, robot.coordinates[j].name))
+        Port(name, "", "local", "continuous", description.format(side, robot.coordinates[j].name))
         for j, index in limited_sides(robot)
         for side in [_SIDES[index]]
         for name in [coordinate_signals(f"event.{side}", robot)[j]]

@@ -30,7 +30,7 @@ def gain_ports(
     """Return the position and velocity gains; see `controller_groups`."""
     signals = coordinate_signals if space == "joint" else task_signals
     groups = {}
-    for prefix, unit, per, what, values in (
+    for prefix, unit, per, motion, values in (
         ("kp", "1/s2", "", "Position", kp),
         ("kd", "1/s", ".s", "Velocity", kd),
     ):
@@ -38,7 +38,7 @@ def gain_ports(
         if torque_gains:
             units = [f"{force_unit(c)}{per}/{c.unit}" for c in robot.coordinates]
         groups[prefix] = [
-            Port(name, u, "parameter", "tunable", f"{what} gain of {name[3:]}", value, lower=0.0)
+            Port(name, u, "parameter", "tunable", f"{motion} gain of {name[3:]}", value, lower=0.0)
             for name, u, value in zip(signals(prefix, robot), units, values, strict=True)
         ]
     return groups
@@ -48,27 +48,27 @@ def bound_ports(robot: Robot) -> Groups:
     """Return the force limits of muscles, then those of motors."""
     return {
         f"f_{side}": [
-            *_muscle_bounds(robot, f"f_{side}", what),
-            *_motor_bounds(robot, f"tau_{side}", what),
+            *_muscle_bounds(robot, f"f_{side}", bound),
+            *_motor_bounds(robot, f"tau_{side}", bound),
         ]
-        for side, what in (("min", "Smallest"), ("max", "Largest"))
+        for side, bound in (("min", "Smallest"), ("max", "Largest"))
     }
 
 
-def _muscle_bounds(robot: Robot, prefix: str, what: str) -> list[Port]:
+def _muscle_bounds(robot: Robot, prefix: str, bound: str) -> list[Port]:
     return [
         Port(name, "N", "parameter", "tunable", description, value, lower=0.0)
         for name, muscle in zip(muscle_signals(prefix, robot), robot.muscles, strict=True)
-        for description in [f"{what} force of muscle {muscle.name}"]
+        for description in [f"{bound} force of muscle {muscle.name}"]
         for value in [min(getattr(muscle, prefix), sys.float_info.max)]
     ]
 
 
-def _motor_bounds(robot: Robot, prefix: str, what: str) -> list[Port]:
+def _motor_bounds(robot: Robot, prefix: str, bound: str) -> list[Port]:
     limit = sys.float_info.max
     return [
         Port(name, force_unit(c), "parameter", "tunable", description, value)
         for name, c in zip(motor_signals(prefix, robot), robot.motors, strict=True)
-        for description in [f"{what} {effort(c).lower()} of the motor of {c.name}"]
+        for description in [f"{bound} {effort(c).lower()} of the motor of {c.name}"]
         for value in [min(max(getattr(c, prefix), -limit), limit)]
     ]

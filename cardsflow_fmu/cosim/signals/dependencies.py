@@ -72,14 +72,14 @@ def plant_dependencies(robot: Robot, groups: Groups) -> Dependencies:
     commands = dict(zip(driven_muscles(robot), command_signals(robot), strict=True))
     commands |= {k: pulls[k] for k in ideal_muscles(robot)}
     reported = muscles_with_tension(robot, groups)
-    for name, k, what in _muscle_outputs(robot, names, reported):
+    for name, k, signal in _muscle_outputs(robot, names, reported):
         muscle, command = robot.muscles[k], commands.get(k)
         known = {
             _COMMAND: frozenset() if command is None else frozenset([command]),
             _LENGTH: _select(q, _law_coordinates(muscle, crossed[k], above)),
             _RATE: _select(q, crossed[k]) | _select(qd, crossed[k]),
         }
-        at_start[name] = _NONE.union(*(known[letter] for letter in _start_arguments(muscle, what)))
+        at_start[name] = _NONE.union(*(known[key] for key in _start_arguments(muscle, signal)))
         if _has_direct_command(muscle):
             direct[name] = known[_COMMAND]
     tensions = dict(zip(reported, names["tensions"], strict=True))
@@ -246,10 +246,10 @@ def _muscle_outputs(
     ]
 
 
-def _start_arguments(muscle: Muscle, what: str) -> str:
+def _start_arguments(muscle: Muscle, signal: str) -> str:
     """Return the letters of the arguments (u, l, v) of a muscle's output at the start."""
     law, values = law_of(muscle.model), law_parameters(muscle.model)
-    letters = {state.name: state.at_start for state in law.states}.get(what, law.at_start)
+    letters = {state.name: state.at_start for state in law.states}.get(signal, law.at_start)
     is_damped = not law.damped or evaluate(law.damped, values)
     return letters if is_damped else letters.replace(_RATE, "")
 

@@ -73,11 +73,11 @@ def imu_ports(units: Sequence[str], causality: Causality) -> Groups:
     """Return three ports for the gyroscope and three for the accelerometer of each IMU."""
     return {
         group: [
-            Port(f"{name}.{axis}", unit, causality, "continuous", f"{what} of {link} along {axis}")
+            Port(f"{name}.{axis}", unit, causality, "continuous", f"{title} of {link} along {axis}")
             for name, link in zip(signal_names(prefix, units), units, strict=True)
             for axis in "xyz"
         ]
-        for group, prefix, unit, what in (
+        for group, prefix, unit, title in (
             ("gyroscopes", "gyroscope", "rad/s", "Measured angular velocity"),
             ("accelerometers", "accelerometer", "m/s2", "Measured specific force"),
         )
@@ -93,8 +93,8 @@ def sensor_groups(robot: Robot, encoded: Sequence[int], units: Sequence[str]) ->
     torques = zip(motor_signals(MOTOR_TORQUE, robot), robot.motors, strict=True)
     return {
         **{
-            prefix: coordinate_ports(prefix, per, what, robot, "input", "continuous")
-            for prefix, per, what in (("q", "", "Position"), ("qd", "/s", "Velocity"))
+            prefix: coordinate_ports(prefix, per, quantity, robot, "input", "continuous")
+            for prefix, per, quantity in (("q", "", "Position"), ("qd", "/s", "Velocity"))
         },
         "tensions": [
             Port(tensions[k], "N", "input", "continuous", f"Tension of {robot.muscles[k].name}")
@@ -144,13 +144,13 @@ def estimator_groups(
                 force_unit(c) if per is None else c.unit + per,
                 "output",
                 "continuous",
-                f"{what} of {c.name}",
+                f"{quantity} of {c.name}",
             )
             for name, c in zip(
                 coordinate_signals(ESTIMATE[key], robot), robot.coordinates, strict=True
             )
         ]
-        for key, per, what in descriptions
+        for key, per, quantity in descriptions
     }
     statuses = ", ".join(f"{number} {text}" for number, text in enumerate(STATUSES))
     names = muscle_signals("offset", robot)
@@ -181,12 +181,12 @@ def estimator_groups(
             group: [
                 Port(
                     muscle_signals(prefix, robot)[k],
-                    *("m", "output", "continuous", f"{what} of muscle {robot.muscles[k].name}"),
+                    *("m", "output", "continuous", f"{quantity} of muscle {robot.muscles[k].name}"),
                 )
                 for k in measured_muscles(robot)
                 if estimates_offsets
             ]
-            for group, prefix, what in (
+            for group, prefix, quantity in (
                 ("found_offsets", OFFSET, "Estimated offset of the measured length"),
                 ("offset_sd", OFFSET_SD, "Standard deviation of the estimated offset"),
             )

@@ -28,9 +28,9 @@ def hardware_groups(
 ) -> Groups:
     """Return the variables of the hardware: variables of the plant, and diagnostics."""
     tensions = [
-        Port(name, "N", "output", "continuous", what, nominal=nominal_force(muscle))
+        Port(name, "N", "output", "continuous", description, nominal=nominal_force(muscle))
         for name, muscle in zip(muscle_signals("tension", robot), robot.muscles, strict=True)
-        for what in [f"Measured tension of muscle {muscle.name}"]
+        for description in [f"Measured tension of muscle {muscle.name}"]
         if has_tensions
     ]
     tensions += [

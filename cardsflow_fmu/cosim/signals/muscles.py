@@ -130,10 +130,10 @@ def command_ports(
         muscle = robot.muscles[k]
         command = law_of(muscle.model).command
         assert command is not None
-        what = f"{_readable_name(command.name)} of muscle {muscle.name}"
+        text = f"{_readable_name(command.name)} of muscle {muscle.name}"
         start = float(starts[k]) if len(starts) else 0.0
         unit, (low, high) = port_unit(command.unit), range_of(command, muscle.model)
-        ports.append(Port(name, unit, causality, variability, what, start, lower=low, upper=high))
+        ports.append(Port(name, unit, causality, variability, text, start, lower=low, upper=high))
     return ports
 
 
@@ -145,10 +145,10 @@ def tension_ports(robot: Robot, *, has_ideal: bool) -> list[Port]:
     """
     rows = zip(muscle_signals(TENSION, robot), robot.muscles, strict=True)
     return [
-        Port(name, "N", "output", "continuous", what, nominal=nominal_force(muscle))
+        Port(name, "N", "output", "continuous", description, nominal=nominal_force(muscle))
         for name, muscle in rows
         if has_ideal or is_modelled(muscle)
-        for what in [f"Tension of muscle {muscle.name}"]
+        for description in [f"Tension of muscle {muscle.name}"]
     ]
 
 
@@ -172,10 +172,10 @@ def far_tension_ports(robot: Robot) -> list[Port]:
     """Return the outputs `far_tension.<muscle>` of all muscles with cable friction."""
     muscles = [robot.muscles[k] for k in friction_muscles(robot)]
     names = signal_names(FAR_TENSION, [muscle.name for muscle in muscles])
-    what = "Tension at the last via point, after cable friction, of muscle"
+    quantity = "Tension at the last via point, after cable friction, of muscle"
     return [
         Port(
-            *(name, "N", "output", "continuous", f"{what} {muscle.name}"),
+            *(name, "N", "output", "continuous", f"{quantity} {muscle.name}"),
             nominal=nominal_force(muscle),
         )
         for name, muscle in zip(names, muscles, strict=True)
@@ -185,7 +185,7 @@ def far_tension_ports(robot: Robot) -> list[Port]:
 def energy_ports() -> list[Port]:
     """Return energies, work and momenta of a plant as outputs."""
     return [
-        Port(name, unit, "output", "continuous", what) for name, (unit, what) in ENERGIES.items()
+        Port(name, unit, "output", "continuous", text) for name, (unit, text) in ENERGIES.items()
     ]
 
 

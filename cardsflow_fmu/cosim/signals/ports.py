@@ -103,7 +103,7 @@ def external_load_signals(robot: Robot, wrenched: Sequence[str]) -> list[str]:
 def coordinate_ports(
     prefix: str,
     per: str,
-    what: str,
+    quantity: str,
     robot: Robot,
     causality: Causality,
     variability: Variability,
@@ -119,8 +119,8 @@ def coordinate_ports(
     ):
         low, high = (-math.inf, math.inf) if per else (c.lower, c.upper)
         value = start[j] if start else min(max(0.0, low), high)
-        what_of, unit = f"{what} of {c.name}", c.unit + per
-        port = Port(name, unit, causality, variability, what_of, value, lower=low, upper=high)
+        description, unit = f"{quantity} of {c.name}", c.unit + per
+        port = Port(name, unit, causality, variability, description, value, lower=low, upper=high)
         ports.append(replace(port, nominal=nominal_of(unit)))
     return ports
 
@@ -148,22 +148,24 @@ def _torque_ports(robot: Robot, causality: Causality, variability: Variability) 
     rows = zip(motor_signals(TORQUE, robot), robot.motors, strict=True)
     return [
         Port(
-            *(name, force_unit(c), causality, variability, what),
+            *(name, force_unit(c), causality, variability, description),
             lower=c.tau_min,
             upper=c.tau_max,
             nominal=largest if 0.0 < largest < math.inf else 1.0,
         )
         for name, c in rows
-        for what in [f"{effort(c)} of the motor of {c.name}"]
+        for description in [f"{effort(c)} of the motor of {c.name}"]
         for largest in [max(-c.tau_min, c.tau_max)]
     ]
 
 
-def _task_ports(prefix: str, per: str, what: str, robot: Robot, causality: Causality) -> list[Port]:
+def _task_ports(
+    prefix: str, per: str, quantity: str, robot: Robot, causality: Causality
+) -> list[Port]:
     """Return one port per task coordinate. Its unit is followed by `per`."""
     return [
         Port(
-            *(name, unit + per, causality, "continuous", f"{what} {name[len(prefix) + 1 :]}"),
+            *(name, unit + per, causality, "continuous", f"{quantity} {name[len(prefix) + 1 :]}"),
             nominal=nominal_of(unit + per),
         )
         for name, unit in zip(task_signals(prefix, robot), task_units(robot), strict=True)
@@ -217,9 +219,9 @@ def plant_groups(
         "q": coordinate_ports("q", "", "Position", robot, "output", "continuous"),
         "qd": coordinate_ports("qd", "/s", "Velocity", robot, "output", "continuous"),
         "lengths": [
-            Port(name, "m", "output", "continuous", what, lower=0.0, nominal=nominal_of("m"))
+            Port(name, "m", "output", "continuous", description, lower=0.0, nominal=nominal_of("m"))
             for name, muscle in zip(muscle_signals("l", robot), robot.muscles, strict=True)
-            for what in [f"Path length of muscle {muscle.name}"]
+            for description in [f"Path length of muscle {muscle.name}"]
         ],
         "tasks": _task_ports("y", "", "Task coordinate", robot, "output"),
         "tensions": tension_ports(robot, has_ideal=has_tensions),
@@ -262,14 +264,14 @@ def reference_groups(
 def _reference_ports(robot: Robot, space: Space, causality: Causality) -> list[Port]:
     rows = (("_d", "", "position"), ("d_d", "/s", "velocity"), ("dd_d", "/s2", "acceleration"))
     ports: list[Port] = []
-    for ending, per, what in rows:
+    for ending, per, quantity in rows:
         if space == "joint":
             prefix = f"q{ending}"
             ports += coordinate_ports(
-                prefix, per, f"Desired {what}", robot, causality, "continuous"
+                prefix, per, f"Desired {quantity}", robot, causality, "continuous"
             )
         else:
-            ports += _task_ports(f"y{ending}", per, f"Desired {what}", robot, causality)
+            ports += _task_ports(f"y{ending}", per, f"Desired {quantity}", robot, causality)
     return ports
 
 
@@ -335,15 +337,15 @@ def controller_groups(
 
 
 def _limit_ports(space: Space) -> list[Port]:
-    what = "No forces within the limits keep the joint limits"
-    dropped = Port(LIMITS_DROPPED, "", "output", "discrete", what, boolean=True)
+    description = "No forces within the limits keep the joint limits"
+    dropped = Port(LIMITS_DROPPED, "", "output", "discrete", description, boolean=True)
     return [] if space == "joint" else [dropped]
 
 
 def _predictive_ports() -> list[Port]:
-    what = "No predicted motion was found; the computed torque determines the forces"
+    description = "No predicted motion was found; the computed torque determines the forces"
     return [
-        Port(FALLBACK, "", "output", "discrete", what, boolean=True),
+        Port(FALLBACK, "", "output", "discrete", description, boolean=True),
         count_port("iterations", "Number of solver iterations"),
         Port(LATE, "", "output", "discrete", "The deadline ended the iterations", boolean=True),
     ]
@@ -361,8 +363,8 @@ def slack_signals(robot: Robot, space: Space) -> dict[str, str]:
 
 
 def _slack_ports(robot: Robot, space: Space) -> list[Port]:
-    what = "Torque or force shortfall of" if space == "joint" else "Acceleration shortfall of"
+    quantity = "Torque or force shortfall of" if space == "joint" else "Acceleration shortfall of"
     return [
-        Port(name, unit, "output", "discrete", f"{what} {name.removeprefix('slack.')}")
+        Port(name, unit, "output", "discrete", f"{quantity} {name.removeprefix('slack.')}")
         for name, unit in slack_signals(robot, space).items()
     ]

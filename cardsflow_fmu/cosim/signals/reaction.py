@@ -78,8 +78,8 @@ def bound_signals(robot: Robot, muscles: Sequence[int], causality: Causality) ->
 
 def speed_port(causality: Causality) -> Port:
     """Return the speed of the reference relative to its own."""
-    what = "Speed of the reference, relative to its own"
-    return Port(SPEED, "", causality, "discrete", what, 1.0, lower=0.0, upper=1.0)
+    description = "Speed of the reference, relative to its own"
+    return Port(SPEED, "", causality, "discrete", description, 1.0, lower=0.0, upper=1.0)
 
 
 def reached_port(causality: Causality) -> Port:
@@ -125,10 +125,10 @@ def fault_groups(
         return dict.fromkeys(FAULT_GROUPS, ())
     names = [robot.muscles[k].name for k in muscles]
 
-    def of_muscles(prefix: str, what: str, kinds: str) -> list[Port]:
+    def of_muscles(prefix: str, quantity: str, kinds: str) -> list[Port]:
         signals = muscle_signals(prefix, robot)
         return [
-            count_port(signals[k], f"{what} {name}: {kinds}", max(FAULTS))
+            count_port(signals[k], f"{quantity} {name}: {kinds}", max(FAULTS))
             for k, name in zip(muscles, names, strict=True)
         ]
 
@@ -159,6 +159,6 @@ def fault_groups(
         "bounds": bound_signals(robot, muscles, "output"),
         "fault_report": [
             count_port("faults", "Number of parts with faults"),
-            *(Port(name, unit, "output", "discrete", what) for name, unit, what in report),
+            *(Port(name, unit, "output", "discrete", quantity) for name, unit, quantity in report),
         ],
     }

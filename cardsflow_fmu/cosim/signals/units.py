@@ -117,12 +117,12 @@ def conversion(source: Unit | None, target: Unit | None) -> Conversion:
     if None in (source.exponents, target.exponents) and source.name == target.name:
         return Conversion()
     if None in (source.exponents, target.exponents) or source.exponents != target.exponents:
-        what = f"{source.name!r} is not compatible with {target.name!r}"
-        raise InputError(f"{what}: {_in_bases(source)} is not {_in_bases(target)}")
+        problem = f"{source.name!r} is not compatible with {target.name!r}"
+        raise InputError(f"{problem}: {_in_bases(source)} is not {_in_bases(target)}")
     for unit in (source, target):
         if unit.factor == 0.0 or not (math.isfinite(unit.factor) and math.isfinite(unit.offset)):
-            what = f"has the invalid factor {unit.factor:g} or offset {unit.offset:g}"
-            raise InputError(f"the unit {unit.name!r} {what}")
+            problem = f"has the invalid factor {unit.factor:g} or offset {unit.offset:g}"
+            raise InputError(f"the unit {unit.name!r} {problem}")
     if (source.factor, source.offset) == (target.factor, target.offset):
         return Conversion()
     return Conversion(

@@ -26,8 +26,8 @@ def wrench_ports(links: Sequence[str], causality: Causality) -> list[Port]:
     ports = []
     for name in wrench_signals(links):
         is_force = name[-2] == "f"
-        what = f"External {'force' if is_force else 'torque'} on link {name[2:-3]}, world axes"
-        ports.append(Port(name, "N" if is_force else "N.m", causality, "continuous", what))
+        meaning = f"External {'force' if is_force else 'torque'} on link {name[2:-3]}, world axes"
+        ports.append(Port(name, "N" if is_force else "N.m", causality, "continuous", meaning))
     return ports
 
 
@@ -53,9 +53,9 @@ def world_ports(scene: Scene | None) -> list[Port]:
     for name in object_signals(scene):
         thing, _, axis = name.removeprefix("object.").rpartition(".")
         is_rotation = axis in _QUATERNION
-        what = f"{'Unit quaternion' if is_rotation else 'Position'} of {thing}"
+        meaning = f"{'Unit quaternion' if is_rotation else 'Position'} of {thing}"
         unit, bound = ("", 1.0) if is_rotation else ("m", math.inf)
-        ports.append(Port(name, unit, "output", "continuous", what, lower=-bound, upper=bound))
+        ports.append(Port(name, unit, "output", "continuous", meaning, lower=-bound, upper=bound))
     return [*ports, *_friction_ports(scene)]
 
 

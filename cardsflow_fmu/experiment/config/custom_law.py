@@ -39,8 +39,8 @@ class CustomLaw(NamedTuple):
             tree = ast.parse(read_file(self.file, limits.CODE))
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             line = error.lineno if isinstance(error, SyntaxError) else None
-            what = f"is not valid Python: {getattr(error, 'msg', error)}"
-            raise InputError(what, file=self.file, line=line) from None
+            problem = f"is not valid Python: {getattr(error, 'msg', error)}"
+            raise InputError(problem, file=self.file, line=line) from None
         classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
         if self.name not in classes:
             raise UnknownNameError("class", self.name, classes, file=self.file)

@@ -114,8 +114,8 @@ def _convert_error(error: Mapping[str, Any], model: type[BaseModel]) -> list[Inp
     if error["type"] in ("tuple_type", "too_short"):
         rows = _element_kind(_field_at(model, place).annotation)
         minimum = {1: f"at least one {rows[:-1]}", 2: f"at least two {rows}"}
-        what = minimum[error["ctx"]["min_length"]] if error["type"] == "too_short" else rows
-        return [InputError(f"must be a list of {what}, not {value!r}", key=key)]
+        content = minimum[error["ctx"]["min_length"]] if error["type"] == "too_short" else rows
+        return [InputError(f"must be a list of {content}, not {value!r}", key=key)]
     return [InputError(_describe(error), key=key)]
 
 

@@ -14,7 +14,7 @@ MAX_STEPS = 10_000_000
 def require_multiple(
     time: float,
     step: float,
-    what: str,
+    step_key: str,
     *,
     file: Path,
     key: str,
@@ -26,7 +26,7 @@ def require_multiple(
     Args:
         time: Time, in [s].
         step: Step, in [s].
-        what: Full key of the step.
+        step_key: Full key of the step.
         file: File that specifies the time.
         key: Full key of the time.
         blame: Full key for the message (default: key).
@@ -36,9 +36,9 @@ def require_multiple(
         InputError: The time is not a multiple, or there are too many steps.
     """
     try:
-        steps = whole_steps(time, step, what, most=most)
+        steps = whole_steps(time, step, step_key, most=most)
     except InputError as error:
         raise InputError(error.problem, file=file, key=blame or key) from None
     if steps > MAX_STEPS:
-        what = f"{steps:g} steps exceed the maximum of a run (10 million)"
-        raise InputError(what, file=file, key=key)
+        problem = f"{steps:g} steps exceed the maximum of a run (10 million)"
+        raise InputError(problem, file=file, key=key)

@@ -50,9 +50,9 @@ class Context:
     names: Mapping[str, Names] | None = None
     defaults: Mapping[str, Any] = field(default_factory=dict)
 
-    def error(self, key: str, what: str) -> InputError:
+    def error(self, key: str, problem: str) -> InputError:
         """Return an error with file and full key."""
-        return InputError(what, file=self.file, key=key)
+        return InputError(problem, file=self.file, key=key)
 
     def require(self, key: str, kind: str, name: str, known: Collection[str]) -> None:
         """Check that a name exists."""
@@ -261,8 +261,8 @@ class _File:
 class Numbers:
     """Annotation of a list with a fixed count of numbers or names."""
 
-    def __init__(self, count: int, what: str = "numbers") -> None:
-        self._count, self._what = count, what
+    def __init__(self, count: int, kind: str = "numbers") -> None:
+        self._count, self._kind = count, kind
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -270,12 +270,12 @@ class Numbers:
         return core_schema.no_info_before_validator_function(self._to_tuple, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> Any:
-        count, item = self._count, {"type": "number" if self._what == "numbers" else "string"}
+        count, item = self._count, {"type": "number" if self._kind == "numbers" else "string"}
         return {"type": "array", "items": item, "minItems": count, "maxItems": count}
 
     def _to_tuple(self, value: Any) -> tuple[Any, ...]:
         if not isinstance(value, list | tuple) or len(value) != self._count:
-            raise SettingError(f"must be a list of {self._count} {self._what}, not {value!r}")
+            raise SettingError(f"must be a list of {self._count} {self._kind}, not {value!r}")
         return tuple(value)
 
 

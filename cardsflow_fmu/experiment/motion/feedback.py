@@ -85,8 +85,8 @@ def read_feedback(file: Path, robot: Robot, experiment: Path) -> MotionFeedback:
     if not file.is_file():
         raise InputError(f"{file} does not exist; {again}")
     try:
-        names, rows = read_csv(file, what="table of gains", most=limits.MOTION_VALUES)
-        require_table(names, rows, None, what="table of gains")
+        names, rows = read_csv(file, kind="table of gains", most=limits.MOTION_VALUES)
+        require_table(names, rows, None, kind="table of gains")
         return _feedback(dict(zip(names, rows.T, strict=True)), robot)
     except InputError as error:
         error.problem = f"{file.name}: {error.problem}; {again}"
@@ -148,8 +148,8 @@ def require_same_motion(
     """
     shortest = float(np.diff(feedback.times).min())
     if period > shortest * (1.0 + 1e-6):
-        what = f"its gains are for intervals of {shortest:.4g} s, shorter than controller.period, "
-        raise InputError(f"{what}{period:.4g} s; optimise with this controller.period")
+        problem = f"its gains are for intervals of {shortest:.4g} s, shorter than controller.period"
+        raise InputError(f"{problem}, {period:.4g} s; optimise with this controller.period")
     start = feedback.states[0]
     is_other = first is not None and not np.allclose(start[: len(first)], first, atol=1e-3)
     end = float(feedback.times[-1])

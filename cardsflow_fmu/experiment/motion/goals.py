@@ -92,8 +92,8 @@ class GoalSettings(Table):
                 continue
             if low < high:
                 hint = "use fraction, or omit it for a goal at the end" if key == "time" else ""
-                what = f"requires a fixed duration{'; ' * bool(hint)}{hint}"
-                raise SettingError(what, key=key)
+                problem = f"requires a fixed duration{'; ' * bool(hint)}{hint}"
+                raise SettingError(problem, key=key)
             if time > high:
-                what = f"must be within the duration, {high!r} s, not {time!r} s"
-                raise SettingError(what, key=key)
+                problem = f"must be within the duration, {high!r} s, not {time!r} s"
+                raise SettingError(problem, key=key)

@@ -37,6 +37,6 @@ def read_look_ahead(file: Path, muscles: Sequence[str]) -> LookAhead | None:
     table = LookAhead.read(read_settings(file), Context(file))
     for name in muscles:
         if len(table.speeds.get(name, ())) != len(table.times):
-            what = f"must have one number for each of the {len(table.times)} times"
-            raise InputError(what, file=file, key=f"speeds.{name}")
+            problem = f"must have one number for each of the {len(table.times)} times"
+            raise InputError(problem, file=file, key=f"speeds.{name}")
     return table

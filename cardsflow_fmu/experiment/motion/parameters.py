@@ -45,8 +45,8 @@ class ParameterSettings(Table):
     @model_validator(mode="after")
     def _check_bounds(self) -> Self:
         if len(self.low) != len(self.high):
-            what = f"must have {len(self.low)} numbers, like from, not {len(self.high)}"
-            raise SettingError(what, key="to")
+            problem = f"must have {len(self.low)} numbers, like from, not {len(self.high)}"
+            raise SettingError(problem, key="to")
         pairs = list(zip(self.low, self.high, strict=True))
         for low, high in pairs:
             if low > high:

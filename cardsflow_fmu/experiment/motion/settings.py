@@ -26,8 +26,8 @@ def _range(value: Any) -> tuple[float, float]:
     pair = list(value) if isinstance(value, list | tuple) else [value, value]
     is_number = [isinstance(k, int | float) and not isinstance(k, bool) for k in pair]
     if len(pair) != 2 or not all(is_number):
-        what = "must be a number, or a list of the smallest and the largest duration"
-        raise SettingError(f"{what}, not {value!r}")
+        problem = "must be a number, or a list of the smallest and the largest duration"
+        raise SettingError(f"{problem}, not {value!r}")
     try:
         low, high = map(float, pair)
     except OverflowError:
@@ -129,8 +129,8 @@ class MotionTable(Table):
     def _check_goals(self) -> Self:
         tracking = self.cost.tracking
         if not (self.goals or self.periodic or tracking):
-            what = "must have at least one table"
-            raise SettingError(f"{what}; or set periodic or cost.tracking", key="goals")
+            problem = "must have at least one table"
+            raise SettingError(f"{problem}; or set periodic or cost.tracking", key="goals")
         if tracking and self.duration[0] < self.duration[1]:
             raise SettingError("requires a fixed duration", key="cost.tracking")
         for k, goal in enumerate(self.goals):

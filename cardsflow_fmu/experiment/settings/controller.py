@@ -188,12 +188,12 @@ class ControllerSettings(Table):
         if self.type == FEEDBACK:
             self.require_only(_FEEDBACK_KEYS)
         elif self.gains is not None and not self.feedforward:
-            what = f"requires controller.type = {FEEDBACK!r} or controller.feedforward = true"
-            raise SettingError(what, key="gains")
+            problem = f"requires controller.type = {FEEDBACK!r} or controller.feedforward = true"
+            raise SettingError(problem, key="gains")
         is_other = self.custom_law is not None or self.type in _OPEN
         if self.feedforward and (is_other or self.solver != DEFAULT_SOLVER):
-            what = f"requires a law of computed torque with the solver {DEFAULT_SOLVER!r}"
-            raise SettingError(what, key="feedforward")
+            problem = f"requires a law of computed torque with the solver {DEFAULT_SOLVER!r}"
+            raise SettingError(problem, key="feedforward")
         if self.uses_gains and self.engine == "dart":
             raise SettingError("must not be 'dart' with the gains of a motion", key="engine")
         return self
@@ -203,23 +203,23 @@ class ControllerSettings(Table):
         if self.custom_space is not None and self.custom_law is None and self.type not in _OPEN:
             raise SettingError("is only for custom laws, policies and mpc; remove it", key="space")
         if (self.type == POLICY) != (self.policy is not None):
-            what = "is only for the type 'policy'; remove it"
-            raise SettingError("missing" if self.policy is None else what, key="policy")
+            problem = "is only for the type 'policy'; remove it"
+            raise SettingError("missing" if self.policy is None else problem, key="policy")
         is_open = self.custom_space is None and (self.custom_law is not None or self.type == MPC)
         if self.type is not None and self.space == "joint" and not is_open:
             self.require_only(key for key in type(self).model_fields if key not in _TASK_KEYS)
         if any(self.passive) and self.type is not None and self.type not in JOINT_ACCELERATION:
             known = " or ".join(map(repr, JOINT_ACCELERATION))
-            what = f"requires a controller of type {known}, not {self.type!r}"
-            raise SettingError(what, key="passive")
+            problem = f"requires a controller of type {known}, not {self.type!r}"
+            raise SettingError(problem, key="passive")
         if self.norm != 2.0 and self.type is not None and self.space == "operational":
-            what = f"requires a joint-space law; {self.type!r} always uses the 2-norm"
-            raise SettingError(what, key="norm")
+            problem = f"requires a joint-space law; {self.type!r} always uses the 2-norm"
+            raise SettingError(problem, key="norm")
         closing = (*JOINT_ACCELERATION, *OPERATIONAL)
         if any(self.dependent) and self.type is not None and self.type not in closing:
             known = " or ".join(map(repr, closing))
-            what = f"must be {known} for a robot with closed loops, not {self.type!r}"
-            raise SettingError(what, key="type")
+            problem = f"must be {known} for a robot with closed loops, not {self.type!r}"
+            raise SettingError(problem, key="type")
         return self
 
     @property
@@ -318,12 +318,12 @@ def read_controller(
         data = {"space": space, **data}
     law = control_type(name, data.get("space"))
     if law.space != space:
-        what = f"{name!r} cannot follow a reference in {space} space"
+        problem = f"{name!r} cannot follow a reference in {space} space"
         known = f"use {' or '.join(map(repr, fitting))}"
         custom = f'set controller.space = "{space}"'
         is_open = name == POLICY or CustomLaw.of(name) is not None
-        what += f"; {custom if is_open else known}"
-        raise context.error("controller.type", what)
+        problem += f"; {custom if is_open else known}"
+        raise context.error("controller.type", problem)
     exact = math.inf if law.task_weight is None else law.task_weight
     weights = dict.fromkeys(("weights", "motor_weights"), law.force_weight)
     defaults = weights | {"task_weights": exact, "q0": start.q}
@@ -340,11 +340,11 @@ def read_controller(
         settings.period, run.step, "run.step", file=context.file, key="controller.period"
     )
     if name == MPC and (horizon := settings.predicted_time) <= settings.period:
-        what = f"must be longer than the period, {settings.period!r} s, not {horizon!r} s"
-        raise context.error("controller.horizon", what)
+        problem = f"must be longer than the period, {settings.period!r} s, not {horizon!r} s"
+        raise context.error("controller.horizon", problem)
     if settings.deadline is not None and settings.deadline > settings.period:
-        what = f"must be at most the period, {settings.period!r} s, not {settings.deadline!r} s"
-        raise context.error("controller.deadline", what)
+        problem = f"must be at most the period, {settings.period!r} s, not {settings.deadline!r} s"
+        raise context.error("controller.deadline", problem)
     if settings.custom_law is None:
         return settings
     custom_law = settings.custom_law._replace(file=context.file.parent / settings.custom_law.file)

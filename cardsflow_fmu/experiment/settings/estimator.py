@@ -286,12 +286,12 @@ def read_estimator(
         data = {**data, "offset": _calibrated_offsets(folder, context)}
     settings = EstimatorTable.read(data, context, "estimator")
     for loop in robot.loops:
-        what = f"joint {loop.name!r} closes a loop, which the estimator does not support"
-        raise context.error("estimator", what)
+        problem = f"joint {loop.name!r} closes a loop, which the estimator does not support"
+        raise context.error("estimator", problem)
     for muscle in robot.muscles:
         if law_of(muscle.model).sags:
-            what = f"muscle {muscle.name!r} sags, but the estimator requires straight paths"
-            raise context.error("estimator", what)
+            problem = f"muscle {muscle.name!r} sags, but the estimator requires straight paths"
+            raise context.error("estimator", problem)
     links = [link.name for link in robot.links]
     for k, unit in enumerate(settings.imus):
         context.require(f"estimator.imus[{k}].link", "link", unit.link, links)
@@ -310,10 +310,10 @@ def _calibrated_offsets(folder: Path | None, context: Context) -> dict[str, Any]
         raise context.error(key, f"several robots have no {CALIBRATION_FILE}; set numbers")
     file = folder / CALIBRATION_FILE
     if not file.is_file():
-        what = f"{file} does not exist; create it with `cardsflow calibrate`"
-        raise context.error(key, what)
+        problem = f"{file} does not exist; create it with `cardsflow calibrate`"
+        raise context.error(key, problem)
     offsets = read_settings(file).get("offsets")
     if not isinstance(offsets, dict) or not offsets:
-        what = "has no offsets; run `cardsflow calibrate --parameters 'muscles.*.offset'`"
-        raise InputError(what, file=file)
+        problem = "has no offsets; run `cardsflow calibrate --parameters 'muscles.*.offset'`"
+        raise InputError(problem, file=file)
     return offsets

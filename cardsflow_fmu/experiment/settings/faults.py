@@ -55,9 +55,9 @@ def read_faults(
     if not settings.use:
         return None
     if estimator is None:
-        what = "requires an estimator; add [estimator], or remove [faults]"
-        raise context.error("faults", what)
+        problem = "requires an estimator; add [estimator], or remove [faults]"
+        raise context.error("faults", problem)
     if estimator.delay(step) > MAX_DELAY:
-        what = f"must be at most {MAX_DELAY} steps of {step!r} s to detect faults"
-        raise context.error("estimator.sensors.delay", what)
+        problem = f"must be at most {MAX_DELAY} steps of {step!r} s to detect faults"
+        raise context.error("estimator.sensors.delay", problem)
     return settings

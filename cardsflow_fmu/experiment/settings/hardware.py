@@ -89,9 +89,9 @@ class Faults(Table):
     def _check_outages(self) -> Self:
         for k, (begin, length) in enumerate(self.outages):
             if begin < 0 or length <= 0:
-                what = "must begin at 0 s or later and have a positive length"
-                what += f", not {begin!r} s and {length!r} s"
-                raise SettingError(what, key=f"outages[{k}]")
+                problem = "must begin at 0 s or later and have a positive length"
+                problem += f", not {begin!r} s and {length!r} s"
+                raise SettingError(problem, key=f"outages[{k}]")
         return self
 
     @property
@@ -164,8 +164,8 @@ class FailureSettings(Table):
             ("other", self.kind == "length_swapped"),
         ):
             if (getattr(self, key) is None) == required:
-                what = "missing; it is required" if required else "is unused"
-                raise SettingError(f"{what} for kind {self.kind!r}", key=key)
+                problem = "missing; it is required" if required else "is unused"
+                raise SettingError(f"{problem} for kind {self.kind!r}", key=key)
         return self
 
     @property
@@ -293,24 +293,24 @@ def read_hardware(data: Mapping[str, Any], context: Context, step: float) -> Har
     watchdog = max(_WATCHDOG, _WATCHDOG_STEPS * step)
     settings = HardwareSettings.read({"watchdog": watchdog, **data}, context, "hardware")
     if settings.is_paced and settings.watchdog < 2.0 * step:
-        what = f"must be at least twice run.step ({step!r} s), not {settings.watchdog!r} s"
-        raise context.error("hardware.watchdog", what)
+        problem = f"must be at least twice run.step ({step!r} s), not {settings.watchdog!r} s"
+        raise context.error("hardware.watchdog", problem)
     if settings.approach is not None:
         key = "hardware.approach"
         require_multiple(settings.approach, step, "run.step", file=context.file, key=key)
     if settings.emulator.any and settings.link.startswith("loopback"):
-        what = "loopback: does not support faults; set hardware.link to 'emulated:'"
-        raise context.error("hardware.emulator", what)
+        problem = "loopback: does not support faults; set hardware.link to 'emulated:'"
+        raise context.error("hardware.emulator", problem)
     if not settings.has_positions:
         if not (settings.has_lengths and settings.has_tensions):
-            what = "a robot without joint encoders requires has_lengths and has_tensions"
-            raise context.error("hardware.has_positions", what)
+            problem = "a robot without joint encoders requires has_lengths and has_tensions"
+            raise context.error("hardware.has_positions", problem)
         if settings.motors.command != "force":
-            what = f"motors with {settings.motors.command} commands require joint velocities"
-            raise context.error("hardware.has_positions", what)
+            problem = f"motors with {settings.motors.command} commands require joint velocities"
+            raise context.error("hardware.has_positions", problem)
     if settings.max_tension and not settings.has_tensions:
-        what = "requires hardware.has_tensions = true"
-        raise context.error("hardware.max_tension", what)
+        problem = "requires hardware.has_tensions = true"
+        raise context.error("hardware.max_tension", problem)
     return settings
 
 

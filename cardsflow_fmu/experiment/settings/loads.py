@@ -60,12 +60,12 @@ def read_disturbance(data: dict[str, Any], context: Context) -> DisturbanceSetti
         return None
     settings = DisturbanceSettings.read(data, context, "disturbance")
     if settings.end <= settings.begin:
-        what = f"must be after begin, {settings.begin!r} s"
-        raise context.error("disturbance.end", what)
+        problem = f"must be after begin, {settings.begin!r} s"
+        raise context.error("disturbance.end", problem)
     if not settings.forces:
         points = ", ".join(context.names["point"].names) if context.names else ""
-        what = f"missing; set forces on {points or 'end-effector points'}"
-        raise context.error("disturbance.force", what)
+        problem = f"missing; set forces on {points or 'end-effector points'}"
+        raise context.error("disturbance.force", problem)
     return settings
 
 

@@ -262,10 +262,10 @@ def _apply_settings(
             model = _custom_model(custom._replace(file=folder / custom.file), given)
         else:
             if "parameters" in given:
-                what = (
+                problem = (
                     f"is only for custom laws ({CUSTOM_LAW_FORM}); set parameters as keys of model"
                 )
-                raise InputError(what, key="model.parameters")
+                raise InputError(problem, key="model.parameters")
             given = _resolve_expressions(given, replace(muscle, f_max=f_max), changes, lengths)
             model = _model(given, muscle.model)
     given = {"friction": changes.friction, "presliding": changes.presliding}
@@ -319,8 +319,8 @@ def _custom_model(law: CustomLaw, given: Mapping[str, Any]) -> CableModel:
     """Return a custom law; its file is read but not executed."""
     for name in given:
         if name not in ("kind", "parameters"):
-            what = "is not for custom laws; set it in model.parameters"
-            raise InputError(what, key=f"model.{name}")
+            problem = "is not for custom laws; set it in model.parameters"
+            raise InputError(problem, key=f"model.{name}")
     parameters = tuple(given.get("parameters", {}).items())
     return CableModel("ideal", parameters, CustomMuscleLaw(str(law.file), law.name, _command(law)))
 
@@ -344,14 +344,14 @@ def _command(law: CustomLaw) -> tuple[str, str, float, float] | None:
     except (ValueError, TypeError):
         command = name = None
     if not (isinstance(name, str) and name.isidentifier() and math.isfinite(high - low)):
-        what = 'must be a literal (name, unit, min, max), such as ("rest_length", "m", 0.0, 2.0)'
-        raise InputError(f"{law.name}.command {what}", file=law.file, line=lines[-1].lineno)
+        problem = 'must be a literal (name, unit, min, max), such as ("rest_length", "m", 0.0, 2.0)'
+        raise InputError(f"{law.name}.command {problem}", file=law.file, line=lines[-1].lineno)
     if unit not in SI_UNITS:
         error = UnknownNameError("unit", str(unit), SI_UNITS)
         raise InputError(f"{law.name}.command: {error}", file=law.file, line=lines[-1].lineno)
     if not low < high:
-        what = f"{law.name}.command: the minimum {low!r} must be below the maximum {high!r}"
-        raise InputError(what, file=law.file, line=lines[-1].lineno)
+        problem = f"{law.name}.command: the minimum {low!r} must be below the maximum {high!r}"
+        raise InputError(problem, file=law.file, line=lines[-1].lineno)
     return name, unit, low, high
 
 
@@ -364,8 +364,8 @@ def _check_parameter(parameter: Parameter, value: float | None, kind: str) -> No
     key = f"model.{parameter.name}"
     if value is None:
         unit = "" if parameter.unit == "1" else f" in {parameter.unit}"
-        what = f"missing; {kind} requires {parameter.name}{unit}: {parameter.meaning}"
-        raise InputError(what, key=key)
+        problem = f"missing; {kind} requires {parameter.name}{unit}: {parameter.meaning}"
+        raise InputError(problem, key=key)
     too_low = value < parameter.low or (parameter.open_low and value == parameter.low)
     if too_low or value > parameter.high:
         words = []
@@ -373,5 +373,5 @@ def _check_parameter(parameter: Parameter, value: float | None, kind: str) -> No
             words.append(f"{'above' if parameter.open_low else 'at least'} {parameter.low:g}")
         if math.isfinite(parameter.high):
             words.append(f"at most {parameter.high:g}")
-        what = f"{parameter.name} must be {' and '.join(words)}, not {value!r}"
-        raise InputError(what, key=key)
+        problem = f"{parameter.name} must be {' and '.join(words)}, not {value!r}"
+        raise InputError(problem, key=key)

@@ -95,19 +95,19 @@ def require_bounds(bounds: PredictiveBoundSettings, robot: Robot, context: Conte
     dynamics, key = CoreDynamics(robot), "controller.bounds"
     actuators = [*(each.name for each in robot.muscles), *(each.name for each in robot.motors)]
     coordinates = [coordinate.name for coordinate in robot.coordinates]
-    for what, names in {"f": actuators, "q": coordinates}.items():
-        limits = getattr(dynamics, f"{what}_min"), getattr(dynamics, f"{what}_max")
-        given = getattr(bounds, f"{what}_min"), getattr(bounds, f"{what}_max")
+    for symbol, names in {"f": actuators, "q": coordinates}.items():
+        limits = getattr(dynamics, f"{symbol}_min"), getattr(dynamics, f"{symbol}_max")
+        given = getattr(bounds, f"{symbol}_min"), getattr(bounds, f"{symbol}_max")
         least, most = (override(*pair) for pair in zip(limits, given, strict=True))
         for k, name in enumerate(names):
             low, high = limits[0][k], limits[1][k]
             for side, value in (("min", least[k]), ("max", most[k])):
-                if what == "f" and not low <= value <= high:
+                if symbol == "f" and not low <= value <= high:
                     message = f"must be within the limits of the robot, {low:g} to {high:g}"
                     raise context.error(f"{key}.f_{side}.{name}", f"{message}, not {value:g}")
             if least[k] > most[k]:
                 message = f"must be at least the minimum, {least[k]:g}, not {most[k]:g}"
-                raise context.error(f"{key}.{what}_max.{name}", message)
+                raise context.error(f"{key}.{symbol}_max.{name}", message)
 
 
 def require_predictable(
@@ -129,7 +129,7 @@ def require_predictable(
         f"the passive muscle {sprung!r}": sprung is not None,
         f"the custom law of muscle {custom!r} in Python": custom is not None,
     }
-    for what, is_there in unsupported.items():
+    for feature, is_there in unsupported.items():
         if is_there:
-            message = f"{MPC!r} does not support {what}"
+            message = f"{MPC!r} does not support {feature}"
             raise InputError(message, file=context.file, key="controller.type")

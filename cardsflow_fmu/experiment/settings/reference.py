@@ -157,9 +157,9 @@ class ReferenceTable(Table):
             raise SettingError(f"times must begin at 0 and increase, not {times}", key="points")
         for k, (before, point) in enumerate(pairwise(self.points), 1):
             if 2.0 * (point.blend_time or 0.0) >= point.time - before.time:
-                what = "must be less than half the time since the previous point"
-                what += f", not {point.blend_time!r} s"
-                raise SettingError(what, key=f"points[{k}].blend_time")
+                problem = "must be less than half the time since the previous point"
+                problem += f", not {point.blend_time!r} s"
+                raise SettingError(problem, key=f"points[{k}].blend_time")
 
     @property
     def is_recorded(self) -> bool:

@@ -152,18 +152,18 @@ def require_movable(robot: Robot, reading: Reading) -> None:
         InputError: The robot has none; the message states how its file defines them.
     """
     if not robot.coordinates:
-        what = f"robot {robot.name!r} has no movable joints: all are fixed or locked; free one"
-        raise InputError(what)
+        problem = f"robot {robot.name!r} has no movable joints: all are fixed or locked; free one"
+        raise InputError(problem)
     if robot.muscles or robot.motors:
         return
     file = reading.files[0]
-    what = f"robot {robot.name!r} has no muscles and no motors; add muscles with `cardsflow edit "
-    what += f"{file}`, {_DRIVES[kind_of(file) or 'sdf']}, or motors in an experiment.toml: "
-    what += "[robot.joints.NAME] motor = true"
+    problem = f"robot {robot.name!r} has no muscles and no motors; add muscles with `cardsflow "
+    problem += f"edit {file}`, {_DRIVES[kind_of(file) or 'sdf']}, or motors in an experiment.toml: "
+    problem += "[robot.joints.NAME] motor = true"
     omitted = [finding.message for finding in reading.findings if finding.code == _LEFT_OUT]
     if omitted:
-        what += f" (omitted drives: {len(omitted)}, such as: {omitted[0]})"
-    raise InputError(what)
+        problem += f" (omitted drives: {len(omitted)}, such as: {omitted[0]})"
+    raise InputError(problem)
 
 
 def read_parts(rows: Sequence[PartSettings], context: Context) -> tuple[RobotPart, ...]:
@@ -172,8 +172,8 @@ def read_parts(rows: Sequence[PartSettings], context: Context) -> tuple[RobotPar
     for k, row in enumerate(rows):
         key = f"robots[{k}]"
         if identifier(row.name) != row.name:
-            what = f"must consist of letters, digits and underscores, not {row.name!r}"
-            raise context.error(f"{key}.name", what)
+            problem = f"must consist of letters, digits and underscores, not {row.name!r}"
+            raise context.error(f"{key}.name", problem)
         reading, robot = read_robot(row, context, key)
         pose = Pose(row.position, row.rpy)
         parts.append(RobotPart(row.name, robot, pose, reading.files, row.overrides))

@@ -59,8 +59,8 @@ class RunSettings(Table):
         if self.scheme != "gauss_seidel":
             self.require_only(key for key in type(self).model_fields if key != "order")
         elif sorted(self.order) != sorted(ROLES):
-            what = f"must be a list of {', '.join(ROLES)} in any order"
-            raise SettingError(what if self.order else f"missing: {what}", key="order")
+            problem = f"must be a list of {', '.join(ROLES)} in any order"
+            raise SettingError(problem if self.order else f"missing: {problem}", key="order")
         return self
 
     @property

@@ -37,8 +37,8 @@ class Capabilities:
     def __post_init__(self) -> None:
         for name in ("step", "scale", "watchdog"):
             if not 0 < getattr(self, name) < math.inf:
-                what = f"must be a positive number, not {getattr(self, name)}"
-                raise InputError(f"a device's {name} {what}")
+                problem = f"must be a positive number, not {getattr(self, name)}"
+                raise InputError(f"a device's {name} {problem}")
 
     def rejection(self, request: Handshake) -> ErrorCode | None:
         """Return the reason to reject the requested run, or None if the device supports it."""

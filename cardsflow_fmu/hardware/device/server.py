@@ -76,8 +76,8 @@ class DeviceServer:
             remedy = "does another device use this address?"
             if error.errno == errno.EADDRNOTAVAIL:
                 remedy = "use an address of this machine, or 0.0.0.0 for all its addresses"
-            what = f"cannot listen on {uri}: {error.strerror or error}"
-            raise HardwareError(f"{what}; {remedy}") from error
+            problem = f"cannot listen on {uri}: {error.strerror or error}"
+            raise HardwareError(f"{problem}; {remedy}") from error
         address, port, *_ = self._socket.getsockname()
         self.uri = f"udp://{_uri_host(host)}:{port}"
         self.own_uri = f"udp://{_uri_host(_local_host(address))}:{port}"

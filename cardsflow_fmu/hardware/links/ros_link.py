@@ -91,11 +91,11 @@ class RosLink:
         """
         self.close()
         if handshake.lockstep:
-            what = "topics do not support lockstep: set hardware.mode = 'realtime', or use udp://"
-            raise HardwareError(f"cannot connect to {self.uri}: {what}")
+            problem = "topics do not support lockstep: set hardware.mode = 'realtime', or use"
+            raise HardwareError(f"cannot connect to {self.uri}: {problem} udp://")
         if self.silence < 2.0 * handshake.step:
-            what = f"the timeout of {self.silence:g} s is shorter than two steps"
-            raise HardwareError(f"cannot connect to {self.uri}: {what}")
+            problem = f"the timeout of {self.silence:g} s is shorter than two steps"
+            raise HardwareError(f"cannot connect to {self.uri}: {problem}")
         self._node = node = open_node(self._address)
         try:
             self._inbox = node.subscribe(self._topics.states_topic)
@@ -122,8 +122,8 @@ class RosLink:
             subscribers = node.types(commands, "subscriber").count(commands.type)
             if state is not None and subscribers:
                 if node.types(commands, "publisher"):
-                    what = "another node publishes commands; stop that node first"
-                    raise HardwareError(f"cannot connect to {self.uri}: {what}")
+                    problem = "another node publishes commands; stop that node first"
+                    raise HardwareError(f"cannot connect to {self.uri}: {problem}")
                 self.start_state = state[1]
                 return
         missing = self._missing_part(node)
@@ -187,8 +187,8 @@ class RosLink:
             age = time.monotonic() - self._newest_at
             self._counters["missed"] += 1
             if age > self.silence:
-                what = f"no state has arrived for {self.silence:g} s"
-                raise HardwareError(f"the robot at {self.uri} does not respond: {what}")
+                problem = f"no state has arrived for {self.silence:g} s"
+                raise HardwareError(f"the robot at {self.uri} does not respond: {problem}")
             return Exchange(None, self._seq - 1, age, math.nan, 0)
         self._newest_at, state = newest
         flags = self._flags(sent - self._begun_at)
@@ -213,8 +213,8 @@ class RosLink:
         if self._was_running:
             return int(Flag.SAFE) if status == SAFE else 0
         if status in (READY, SAFE) and since > self.silence:
-            what = f"it has ignored commands for {self.silence:g} s; see the messages of the device"
-            raise HardwareError(f"the device at {self.uri} rejected the run: {what}")
+            problem = f"it has ignored commands for {self.silence:g} s; see the messages of"
+            raise HardwareError(f"the device at {self.uri} rejected the run: {problem} the device")
         return 0
 
     def stop(self) -> bool:

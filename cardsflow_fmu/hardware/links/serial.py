@@ -47,8 +47,8 @@ class SerialLink(FramedLink):
         try:
             import serial
         except ImportError as error:
-            what = f"a serial link needs pyserial: {install('serial')}"
-            raise HardwareError(what) from error
+            problem = f"a serial link needs pyserial: {install('serial')}"
+            raise HardwareError(problem) from error
         try:
             self._line = serial.Serial(self._path, self._baud, timeout=0, exclusive=True)
         except (OSError, ValueError) as error:

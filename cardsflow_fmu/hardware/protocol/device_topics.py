@@ -59,17 +59,17 @@ class DeviceTopics:
         self, robot: Robot, settings: HardwareSettings, address: NodeAddress | None = None
     ) -> None:
         if settings.motors.command != "force" or settings.scale != 1.0:
-            what = "ROS commands are forces in N; remove [hardware.motors] and hardware.scale"
-            raise InputError(what, key="hardware.motors")
+            problem = "ROS commands are forces in N; remove [hardware.motors] and hardware.scale"
+            raise InputError(problem, key="hardware.motors")
         if not settings.has_positions:
-            what = "a ROS link requires measured joint positions; remove this setting"
-            raise InputError(what, key="hardware.has_positions")
+            problem = "a ROS link requires measured joint positions; remove this setting"
+            raise InputError(problem, key="hardware.has_positions")
         joints = tuple(c.name for c in robot.coordinates)
         muscles = tuple(muscle.name for muscle in robot.muscles)
         motors = tuple(motor.name for motor in robot.motors)
         for name in set(joints) & set(muscles):
-            what = f"a joint and a muscle are both named {name!r}; names in ROS must be unique"
-            raise InputError(what, key=f"muscles.{name}")
+            problem = f"a joint and a muscle are both named {name!r}; names in ROS must be unique"
+            raise InputError(problem, key=f"muscles.{name}")
         self.commands = (*muscles, *motors)
         self.states = (*joints, *muscles)
         parts = [("position", joints), ("velocity", joints)]

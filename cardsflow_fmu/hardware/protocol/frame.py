@@ -252,8 +252,8 @@ class Keys:
 
     def __post_init__(self) -> None:
         if self.pre_shared is not None and len(self.pre_shared) < MIN_KEY:
-            what = f"a key must have at least {MIN_KEY} bytes, not {len(self.pre_shared)}"
-            raise InputError(f"{what}; create one with `head -c 32 /dev/urandom > key.bin`")
+            problem = f"a key must have at least {MIN_KEY} bytes, not {len(self.pre_shared)}"
+            raise InputError(f"{problem}; create one with `head -c 32 /dev/urandom > key.bin`")
 
     def for_run(self, run_id: int, nonce: int) -> Keys:
         """Return the keys of a run. The run key differs from the keys of all other runs.

@@ -187,7 +187,7 @@ def read_recording(file: str | Path) -> HardwareRecording:
     )
     count = _count_valid_records(data, begin, rows.itemsize)
     table = np.frombuffer(data, rows, count, begin)
-    require_table(["time"], table["t"][:, np.newaxis], file, what="hardware recording")
+    require_table(["time"], table["t"][:, np.newaxis], file, kind="hardware recording")
     return HardwareRecording(
         header=header,
         **{
@@ -216,8 +216,8 @@ def _read_header(data: bytes, file: Path) -> tuple[RecordingHeader, int]:
         raise InputError("is not a hardware recording", file=file)
     _, version, length, checksum = _PREAMBLE.unpack_from(data)
     if version != _VERSION:
-        what = f"has the unsupported version {version}; supported: {_VERSION}"
-        raise InputError(what, file=file)
+        problem = f"has the unsupported version {version}; supported: {_VERSION}"
+        raise InputError(problem, file=file)
     begin = _PREAMBLE.size + length
     content = data[_PREAMBLE.size : begin]
     if length > _MAX_HEADER or len(content) < length or zlib.crc32(content) != checksum:
@@ -225,8 +225,8 @@ def _read_header(data: bytes, file: Path) -> tuple[RecordingHeader, int]:
     try:
         return header_of(json.loads(content)), begin
     except (ValueError, TypeError, KeyError, RecursionError) as error:
-        what = f"its header is invalid: {' '.join(str(error).split())}"
-        raise InputError(what, file=file) from None
+        problem = f"its header is invalid: {' '.join(str(error).split())}"
+        raise InputError(problem, file=file) from None
 
 
 def _require_recording(file: Path) -> None:

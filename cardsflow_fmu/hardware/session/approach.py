@@ -50,8 +50,8 @@ def approach_time(experiment: Experiment) -> float | None:
     if seconds is None or not experiment.hardware.use:
         return None
     if "reference" in experiment.fmus:
-        what = "is not supported with an external FMU as reference; remove this setting"
-        raise InputError(what, file=experiment.file, key="hardware.approach")
+        problem = "is not supported with an external FMU as reference; remove this setting"
+        raise InputError(problem, file=experiment.file, key="hardware.approach")
     return seconds
 
 

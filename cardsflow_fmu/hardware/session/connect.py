@@ -87,8 +87,8 @@ def with_link(settings: HardwareSettings, file: Path, link: str) -> HardwareSett
     """
     link = link or settings.link or os.environ.get(LINK, "")
     if not link:
-        what = f"missing; specify the address of the hardware ({ADDRESSES}), or set {LINK}"
-        raise InputError(what, file=file, key="hardware.link")
+        problem = f"missing; specify the address of the hardware ({ADDRESSES}), or set {LINK}"
+        raise InputError(problem, file=file, key="hardware.link")
     return settings.copy_with(link=link)
 
 
@@ -148,8 +148,8 @@ def _fitted_pose(experiment: Experiment) -> FittedPose:
     """
     estimator, q = experiment.estimator, np.array(experiment.start.q)
     if estimator is None:
-        what = "without measured joint positions the experiment requires an [estimator]"
-        raise InputError(what, file=experiment.file, key="hardware.has_positions")
+        problem = "without measured joint positions the experiment requires an [estimator]"
+        raise InputError(problem, file=experiment.file, key="hardware.has_positions")
     drifts = np.array(estimator.offset_drift) > 0.0
     others = MusclePaths(experiment.robot).evaluate(q).jacobian[~drifts]
     is_known = np.linalg.matrix_rank(others) == len(q)

@@ -93,8 +93,8 @@ class MotorMap:
             found = self._spring_commands(forces, lengths, rates, tensions, h)
         if not np.isfinite(found).all():
             name = self._springs.muscle_names[int(np.isfinite(found).argmin())]
-            what = f"the command of the motor of {name!r} is not finite; check hardware.motors"
-            raise SimulationError(what)
+            problem = f"the command of the motor of {name!r} is not finite; check hardware.motors"
+            raise SimulationError(problem)
         return found
 
     def _spring_commands(

@@ -54,8 +54,8 @@ def open_link(
         if make_topics is None:
             raise InputError(f"{uri!r} requires the names of the robot's joints and muscles")
         if key is not None:
-            what = "ROS messages are not signed: remove the key, or use a udp:// address"
-            raise InputError(what, key="hardware.key_file")
+            problem = "ROS messages are not signed: remove the key, or use a udp:// address"
+            raise InputError(problem, key="hardware.key_file")
         address = node_address(uri)
         return RosLink(uri, address, make_topics(address))
     if uri not in ("loopback:", "emulated:"):

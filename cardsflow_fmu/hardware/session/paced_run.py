@@ -34,8 +34,8 @@ class HardwarePace(Pace):
         age = recording.columns.get("age", np.zeros(1))[-1]
         if age <= self._hardware.watchdog:
             return recording
-        what = f"the hardware did not respond at the end: the newest state is {age:.3g} s old"
-        return replace(recording, failure=HardwareError(what))
+        problem = f"the hardware did not respond at the end: the newest state is {age:.3g} s old"
+        return replace(recording, failure=HardwareError(problem))
 
     def report(self, recording: Recording) -> dict[str, Any]:
         """Return the entries for the summary of the run."""

@@ -50,12 +50,12 @@ class Guard:
         self.f_min, self.f_max = actuator_bounds(robot)
         m = len(robot.muscles)
         for name in np.array(self._muscles)[~np.isfinite(self.f_max[:m])]:
-            what = "missing; hardware requires the maximum force of each muscle"
-            raise InputError(what, key=f"muscles.{name}.f_max")
+            problem = "missing; hardware requires the maximum force of each muscle"
+            raise InputError(problem, key=f"muscles.{name}.f_max")
         bounded = np.isfinite(self.f_min[m:]) & np.isfinite(self.f_max[m:])
         for name in np.array(motors)[~bounded]:
-            what = "missing; hardware requires the maximum torque of each motor"
-            raise InputError(what, key=f"robot.coordinates.{name}.tau_max")
+            problem = "missing; hardware requires the maximum torque of each motor"
+            raise InputError(problem, key=f"robot.coordinates.{name}.tau_max")
         self.resting_forces = smallest_forces(self.f_min, self.f_max)
         n = len(robot.coordinates)
         rates = [_array(settings.force_rate, m, np.inf)]
@@ -116,8 +116,8 @@ class Guard:
         finite = np.isfinite(desired)
         if not finite.all():
             k = int(np.argmin(finite))
-            what = f"the desired force of {self._actuators[k]} is {desired[k]} {self._units[k]}"
-            raise TripError(what)
+            problem = f"the desired force of {self._actuators[k]} is {desired[k]} {self._units[k]}"
+            raise TripError(problem)
         ramp = self._ramp(t)
         bounded = np.clip(desired, self.f_min, self.f_max)
         ramped = bounded if ramp == 1.0 else self._rest + ramp * (bounded - self._rest)
@@ -152,8 +152,8 @@ class Guard:
             self._raise_position_trip(q)
         if tensions.size and (tensions > self._max_tension).any():
             k = int(np.argmax(tensions - self._max_tension))
-            what = f"the tension of muscle {self._muscles[k]!r} is {tensions[k]:.4g} N"
-            raise TripError(f"{what}, above its limit of {self._max_tension[k]:.4g} N")
+            problem = f"the tension of muscle {self._muscles[k]!r} is {tensions[k]:.4g} N"
+            raise TripError(f"{problem}, above its limit of {self._max_tension[k]:.4g} N")
 
     def _raise_position_trip(self, q: FloatArray) -> None:
         k = int(np.argmax(np.maximum(self._lower - q, q - self._upper)))

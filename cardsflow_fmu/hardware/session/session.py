@@ -237,12 +237,12 @@ class HardwareSession:
             raise HardwareError("the robot of the device has failed; see the device's messages")
         if exchange.state is not None and exchange.device_flags & Flag.SAFE:
             agreed = self._link.agreed or self._handshake
-            what = (
+            problem = (
                 f"no command arrived for {agreed.watchdog:g} s, or it was stopped (this computer "
                 f"started steps late by up to {1e3 * self._max_lateness:.3g} ms; see also the "
                 "lateness in the messages of the device)"
             )
-            raise HardwareError(f"the device has entered its safe state: {what}")
+            raise HardwareError(f"the device has entered its safe state: {problem}")
         if exchange.state is not None:
             self.clamped += bool(exchange.device_flags & Flag.CLAMPED)
             self._missed_in_a_row, self.mode = 0, RUNNING
@@ -251,8 +251,8 @@ class HardwareSession:
         self._missed_in_a_row += 1
         self.mode = HOLDING
         if not self._settings.is_paced:
-            what = f"no answer within {self._settings.timeout:g} s in lockstep"
-            raise HardwareError(f"the hardware does not respond: {what}")
+            problem = f"no answer within {self._settings.timeout:g} s in lockstep"
+            raise HardwareError(f"the hardware does not respond: {problem}")
         if self._missed_in_a_row > self._settings.max_missed:
             age = f"the newest is {exchange.age:.3g} s old" if exchange.seq else "none before"
             raise HardwareError(

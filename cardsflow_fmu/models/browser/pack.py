@@ -99,8 +99,8 @@ def engine_data(experiment: Experiment, modes: Sequence[Mode] = MODES) -> bytes:
 def _require_support(experiment: Experiment, names: Sequence[str]) -> None:
     part = missing_in_loop(experiment, names)
     if part is not None:
-        what = f"a page cannot simulate {part}; use `cardsflow run --view`"
-        raise InputError(what, file=experiment.file)
+        problem = f"a page cannot simulate {part}; use `cardsflow run --view`"
+        raise InputError(problem, file=experiment.file)
 
 
 class _Packer:

@@ -37,8 +37,8 @@ def motion_fields(experiment: Experiment) -> tuple[Counts, Fields]:
     if not settings.uses_gains:
         return _NONE
     if feedback is None:
-        what = f'{settings.type!r} requires reference.type = "optimised"'
-        raise InputError(what, file=experiment.file, key="reference.type")
+        problem = f'{settings.type!r} requires reference.type = "optimised"'
+        raise InputError(problem, file=experiment.file, key="reference.type")
     n, count = len(robot.coordinates), len(feedback.times)
     commands, forces = muscle_signals("u", robot), muscle_signals("f", robot)
     names = [*forces, *motor_signals("tau", robot)]

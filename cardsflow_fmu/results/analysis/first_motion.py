@@ -88,8 +88,8 @@ def first_motion(robot: Robot, scale: float = 1.0, undriven: Mapping[str, str] =
         InputError: The robot is too large for the search.
     """
     if (large := size_problem(robot)) is not None:
-        what = f"robot {robot.name!r} is too large for the search of a first motion: {large}"
-        raise InputError(f"{what}; write experiment.toml by hand, see the examples")
+        problem = f"robot {robot.name!r} is too large for the search of a first motion: {large}"
+        raise InputError(f"{problem}; write experiment.toml by hand, see the examples")
     pose = initial_pose(robot)
     dynamics = control_dynamics(robot, may_be_singular=True)
     reasons = {c.name: NO_RANGE for c in robot.coordinates if not c.lower < c.upper}

@@ -175,10 +175,10 @@ def describe_robot(info: dict[str, Any]) -> str:
     parts += [
         table(heads, [list(map(_text, row)) for row in rows]) for heads, rows in robot_tables(info)
     ]
-    for what, active in (("cable_sets", "cable_set"), ("operational_spaces", "operational_space")):
-        if info[what]:
-            names = [f"{name} (active)" if name == info[active] else name for name in info[what]]
-            parts.append(f"{what.replace('_', ' ')}: {', '.join(names)}")
+    for kind, active in (("cable_sets", "cable_set"), ("operational_spaces", "operational_space")):
+        if info[kind]:
+            names = [f"{name} (active)" if name == info[active] else name for name in info[kind]]
+            parts.append(f"{kind.replace('_', ' ')}: {', '.join(names)}")
     return "\n\n".join(part for part in parts if part)
 
 

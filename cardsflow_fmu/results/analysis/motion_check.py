@@ -101,9 +101,9 @@ def _trajectory(name: str, reading: Reading, robot: Robot) -> Motion:
 
     file = trajectories_file(reading.files[0])
     if file is None:
-        what = f"{name!r} is neither {RANDOM!r} nor a .csv file, and the folder of"
-        what += f" {reading.files[0]} has no trajectories file"
-        raise InputError(what, key="--motion")
+        problem = f"{name!r} is neither {RANDOM!r} nor a .csv file, and the folder of"
+        problem += f" {reading.files[0]} has no trajectories file"
+        raise InputError(problem, key="--motion")
     try:
         trajectory = read_trajectory(file, name)
     except UnknownNameError:
@@ -216,9 +216,9 @@ def new_collisions(robot: Robot, mesh_folder: Path, postures: FloatArray) -> lis
 
 def _description(near: Nearest) -> str:
     if near.is_link and near.distance < 0:
-        what = f"passes {-1e3 * near.distance:.3g} mm deep through link {near.other!r}"
+        contact = f"passes {-1e3 * near.distance:.3g} mm deep through link {near.other!r}"
     else:
         kind = "link" if near.is_link else "muscle"
         apart = f"{1e3 * near.distance:.3g} mm" if near.distance > _TOUCHING else "touch"
-        what = f"comes within {apart} of {kind} {near.other!r}"
-    return f"muscle {near.muscle!r} {what}"
+        contact = f"comes within {apart} of {kind} {near.other!r}"
+    return f"muscle {near.muscle!r} {contact}"

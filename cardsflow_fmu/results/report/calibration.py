@@ -86,8 +86,8 @@ def calibrate_files(
                 "contains markers; specify their positions with --markers", key="--capture"
             )
         if captures and len(captures) != len(recordings):
-            what = f"must be given once per recording: {len(recordings)} times, not {len(captures)}"
-            raise InputError(what, key="--capture")
+            problem = f"must be given once per recording: {len(recordings)} times"
+            raise InputError(f"{problem}, not {len(captures)}", key="--capture")
         pairs = zip_longest(recordings, captures)
         readings = [read_readings(path, nominal, marker_list, capture) for path, capture in pairs]
         result = calibrate(nominal, readings, parameters, markers=marker_list, progress=progress)
@@ -133,8 +133,8 @@ def _curvature_lines(result: Calibration) -> list[str]:
     ]
     if not curved:
         return []
-    what = "sd is dominated by a curved direction that hardly changes the measurements"
-    return ["", f"{what}: {', '.join(curved)}"]
+    reason = "sd is dominated by a curved direction that hardly changes the measurements"
+    return ["", f"{reason}: {', '.join(curved)}"]
 
 
 def unidentifiable_lines(known: ParameterInformation) -> list[str]:
@@ -169,12 +169,12 @@ def warnings(result: Calibration) -> list[str]:
     return lines
 
 
-def _error_lines(what: str, before: Errors, after: Errors) -> list[str]:
+def _error_lines(label: str, before: Errors, after: Errors) -> list[str]:
     def rms(values: Any) -> float:
         return float(np.sqrt(np.nanmean(values**2))) if np.isfinite(values).any() else np.nan
 
     return [
-        f"{what:16s} {name:27s} {1e3 * rms(b):9.4g} {1e3 * rms(a):9.4g}"
+        f"{label:16s} {name:27s} {1e3 * rms(b):9.4g} {1e3 * rms(a):9.4g}"
         for name, b, a in (
             ("positions, mrad or mm", before.q, after.q),
             ("lengths, mm", before.lengths, after.lengths),

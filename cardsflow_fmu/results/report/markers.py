@@ -46,7 +46,7 @@ def read_capture(file: Path) -> dict[str, FloatArray]:
     Raises:
         InputError: The table is invalid or has no times.
     """
-    names, rows = read_csv(file, what="motion-capture table", blanks=True)
+    names, rows = read_csv(file, kind="motion-capture table", blanks=True)
     if "time" not in names:
         raise InputError("has no column 'time'", file=file)
     return dict(zip(names, rows.T, strict=True))

@@ -117,8 +117,8 @@ def _reject_large_values(path: Path, name: str, columns: Mapping[str, FloatArray
     values, t = columns[name], columns["time"]
     large = np.flatnonzero(np.abs(values) > _MAX_VALUE)
     if len(large):
-        what = f"{name} is {values[large[0]]:.3g} at {t[large[0]]:.6g} s, which is not plausible"
-        raise InputError(f"{what}; write nan for a missing measurement", file=path)
+        problem = f"{name} is {values[large[0]]:.3g} at {t[large[0]]:.6g} s, which is not plausible"
+        raise InputError(f"{problem}; write nan for a missing measurement", file=path)
 
 
 def _tension_names(robot: Robot) -> list[tuple[str, ...]]:
@@ -183,11 +183,11 @@ def _require_same_names(path: Path, columns: Mapping[str, FloatArray], robot: Ro
         found = {name for name in columns if name.partition(".")[0] == kind and "." in name}
         unknown = sorted(found - signals)
         if unknown:
-            what = f"{unknown[0]!r} is not a signal of robot {robot.name!r}; it is of another robot"
-            raise InputError(what, file=path)
+            problem = f"{unknown[0]!r} is not a signal of robot {robot.name!r}"
+            raise InputError(f"{problem}; it is of another robot", file=path)
     if not any(name in columns for name in known["l"] | known["q"]):
-        what = f"has neither positions nor lengths of robot {robot.name!r}, such as "
-        raise InputError(f"{what}{min(known['q'] | known['l'])!r}", file=path)
+        problem = f"has neither positions nor lengths of robot {robot.name!r}, such as "
+        raise InputError(f"{problem}{min(known['q'] | known['l'])!r}", file=path)
 
 
 def _equal_steps(path: Path, t: FloatArray) -> tuple[np.ndarray, float]:

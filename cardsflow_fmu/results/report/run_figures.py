@@ -114,8 +114,8 @@ def _positions(result: ExperimentRunData) -> Panel:
     """Return positions with their references."""
     followed = tracked_signals_by_name(result.names, result.units)
     units = "/".join(dict.fromkeys(signal.unit for signal in followed)) or "-"
-    what = "joint" if result.experiment.reference.space == "joint" else "task"
-    return Panel(f"{what} position [{units}]", tracking_curves(result, followed), by_change=True)
+    space = "joint" if result.experiment.reference.space == "joint" else "task"
+    return Panel(f"{space} position [{units}]", tracking_curves(result, followed), by_change=True)
 
 
 def _world_panels(result: ExperimentRunData) -> list[Panel]:

@@ -64,8 +64,8 @@ def short_outcome(summary: Mapping[str, Any]) -> list[str]:
     for key in ("infeasible_ticks", "not_converged_ticks"):
         count = summary.get(key)
         if ticks and count is not None and (count or key == "infeasible_ticks"):
-            what = key.removesuffix("_ticks").replace("_", " ")
-            parts.append(f"{count} of {ticks} ticks {what}")
+            outcome = key.removesuffix("_ticks").replace("_", " ")
+            parts.append(f"{count} of {ticks} ticks {outcome}")
     return parts
 
 

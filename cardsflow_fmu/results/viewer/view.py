@@ -209,8 +209,8 @@ def acts_of(
         )
     if all(runs):
         if cable_set is not None:
-            what = "is only for a robot; a run shows its own cable set"
-            raise InputError(what, key="--cable-set")
+            problem = "is only for a robot; a run shows its own cable set"
+            raise InputError(problem, key="--cable-set")
         return [run_act(path, full_scale=full_scale) for path in paths]
     return [robot_act(paths[0], cable_set, note=note)]
 

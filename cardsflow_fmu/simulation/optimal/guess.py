@@ -56,7 +56,7 @@ def last_motion(file: Path, own: MotionProblem) -> Iterate:
     """
     if not file.is_file():
         raise InputError("does not exist; optimise without --resume first", file=file)
-    names, rows = read_csv(file, what="motion", most=limits.MOTION_VALUES)
+    names, rows = read_csv(file, kind="motion", most=limits.MOTION_VALUES)
     columns = dict(zip(names, rows.T, strict=True))
     robot, N = own.dynamics.robot, own.problem.intervals
     positions = coordinate_signals("q", robot)

@@ -149,5 +149,5 @@ class _Part:
 
     def _require_scalar(self, variable: Any) -> None:
         if variable.type not in _TYPES or variable.dimensions:
-            what = f"{variable.causality} {variable.name} must be a scalar number in SSP"
-            raise InputError(what, file=self._file)
+            problem = f"{variable.causality} {variable.name} must be a scalar number in SSP"
+            raise InputError(problem, file=self._file)

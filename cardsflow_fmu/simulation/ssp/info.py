@@ -43,8 +43,8 @@ def system_info(path: str | Path) -> dict[str, Any]:
 def describe_system(info: dict[str, Any]) -> str:
     """Return the information about a system as tables of text."""
     times = [
-        f"{what} {value:g} s"
-        for what, value in (("step", info["step"]), ("until", info["stop_time"]))
+        f"{label} {value:g} s"
+        for label, value in (("step", info["step"]), ("until", info["stop_time"]))
         if value is not None
     ]
     count = len(info["components"])

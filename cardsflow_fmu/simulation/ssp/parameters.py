@@ -31,8 +31,8 @@ def read_parameters(element: Any, folder: Path, file: Path) -> list[Parameter]:
 
 def _bound_parameters(binding: Any, folder: Path, file: Path) -> list[Parameter]:
     if children(binding, "ParameterMapping") or binding.get("sourceBase", "SSD") != "SSD":
-        what = "parameter mappings and sources inside components are not supported"
-        raise InputError(what, file=file, line=binding.sourceline)
+        problem = "parameter mappings and sources inside components are not supported"
+        raise InputError(problem, file=file, line=binding.sourceline)
     if binding.get("type", _SET_TYPE) != _SET_TYPE:
         raise InputError("is not a parameter set", file=file, line=binding.sourceline)
     source = binding.get("source")
@@ -44,8 +44,8 @@ def _bound_parameters(binding: Any, folder: Path, file: Path) -> list[Parameter]
     else:
         path = (folder / source).resolve()
         if folder.resolve() not in path.parents:
-            what = f"{source!r} is outside of the archive"
-            raise InputError(what, file=file, line=binding.sourceline)
+            problem = f"{source!r} is outside of the archive"
+            raise InputError(problem, file=file, line=binding.sourceline)
         sets = [(parse(path), path)]
     prefix = binding.get("prefix", "")
     return [p for one, place in sets for p in _parameters(one, prefix, place)]
@@ -67,8 +67,8 @@ def _parameter(element: Any, prefix: str, units: dict[str, Unit], file: Path) ->
     if kind == "Boolean":
         return Parameter(name, float(values[0].get("value") in ("true", "1")))
     if kind not in ("Real", "Integer"):
-        what = f"parameter {name} is {kind}; only numbers and booleans are supported"
-        raise InputError(what, file=file, line=element.sourceline)
+        problem = f"parameter {name} is {kind}; only numbers and booleans are supported"
+        raise InputError(problem, file=file, line=element.sourceline)
     unit = values[0].get("unit")
     if unit is not None and unit not in units:
         raise UnknownNameError("unit", unit, units, file=file, line=element.sourceline)

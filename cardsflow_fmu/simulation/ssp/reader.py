@@ -77,9 +77,9 @@ def _elements(system: Any, file: Path) -> list[Any]:
     for elements in children(system, "Elements"):
         for element in elements.iterchildren(tag=etree.Element):
             if local(element) != "Component":
-                what = f"{local(element)} {element.get('name', '')!r} inside the system"
+                problem = f"{local(element)} {element.get('name', '')!r} inside the system"
                 raise InputError(
-                    f"{what}: only flat systems of FMUs are supported",
+                    f"{problem}: only flat systems of FMUs are supported",
                     file=file,
                     line=element.sourceline,
                 )
@@ -97,8 +97,8 @@ def _component(element: Any, folder: Path, file: Path, units: dict[str, Unit]) -
     if element.get("type", FMU_TYPE) != FMU_TYPE:
         raise InputError(f"component {name} is not an FMU", file=file, line=line)
     if element.get("implementation", "any") not in ("any", "CoSimulation"):
-        what = f"component {name} is a model-exchange FMU, which is not supported"
-        raise InputError(what, file=file, line=line)
+        problem = f"component {name} is a model-exchange FMU, which is not supported"
+        raise InputError(problem, file=file, line=line)
     require_inside(source, file)
     if not (folder / source).is_file():
         raise InputError(
@@ -173,8 +173,8 @@ def _connections(system: Any, components: list[Component], file: Path) -> Iterat
                     )
             source, target = sorted(ends, key=lambda end: known[end].kind == "input")
             if known[source].kind == "input" or known[target].kind == "output" or target in fed:
-                what = f"{'.'.join(source)} cannot be connected to {'.'.join(target)}"
-                raise InputError(what, file=file, line=element.sourceline)
+                problem = f"{'.'.join(source)} cannot be connected to {'.'.join(target)}"
+                raise InputError(problem, file=file, line=element.sourceline)
             fed.add(target)
             yield _connection(element, known, source, target, file)
 
@@ -202,6 +202,6 @@ def _connection(
             offset = decimal(child, "offset", file, default=0.0)
             change = Conversion(factor * change.factor, factor * change.offset + offset)
         elif local(child).endswith("Transformation"):
-            what = f"a {local(child)} is not supported"
-            raise InputError(what, file=file, line=child.sourceline)
+            problem = f"a {local(child)} is not supported"
+            raise InputError(problem, file=file, line=child.sourceline)
     return Connection(source, target, change)

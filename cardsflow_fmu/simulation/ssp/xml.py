@@ -73,8 +73,8 @@ def decimal(element: Any, name: str, file: Path, *, default: float | None = None
     except ValueError:
         number = math.nan
     if not math.isfinite(number):
-        what = f"{name} must be a finite number, not {text!r}"
-        raise InputError(what, file=file, line=element.sourceline)
+        problem = f"{name} must be a finite number, not {text!r}"
+        raise InputError(problem, file=file, line=element.sourceline)
     return number
 
 

@@ -109,8 +109,8 @@ def _heat_maps(study: Study, collected: Collected, units: Mapping[str, str]) -> 
         if split_metric(name)[1] is None and finite.size > 1 and np.ptp(finite) > 0:
             maps.append(heat_map((names[0], names[1]), x, y, (name, units[name]), values))
     if maps:
-        what = f"Over {names[0]} and {names[1]}"
-        yield f"<h2>{escape(what)}</h2>"
+        heading = f"Over {names[0]} and {names[1]}"
+        yield f"<h2>{escape(heading)}</h2>"
         yield "<p>Mean values of runs with equal variations; grey if all runs failed.</p>"
     yield from maps
 
@@ -156,8 +156,8 @@ def _sensitivity(summary: Mapping[str, Any]) -> Iterable[str]:
     found = {n: p for n, p in summary["sensitivity"].items() if split_metric(n)[1] is None}
     if found:
         kinds = next(iter(next(iter(found.values())).values()))
-        what = "Sobol indices" if "first" in kinds else "rank correlations, shares of variance"
-        yield f"<h2>Sensitivity: {what}</h2>"
+        measures = "Sobol indices" if "first" in kinds else "rank correlations, shares of variance"
+        yield f"<h2>Sensitivity: {measures}</h2>"
     for name, parts in found.items():
         yield sensitivity_bars(name, parts)
 

@@ -53,8 +53,8 @@ def require_simulated(experiment: Experiment) -> None:
     """
     hardware = experiment.hardware
     if hardware.use and not hardware.is_emulated:
-        what = "must be false in a study, unless hardware.link is 'emulated:'"
-        raise InputError(what, file=experiment.file, key="hardware.use")
+        problem = "must be false in a study, unless hardware.link is 'emulated:'"
+        raise InputError(problem, file=experiment.file, key="hardware.use")
 
 
 def _leads_through(path: str, key: str) -> bool:

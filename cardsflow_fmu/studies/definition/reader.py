@@ -49,8 +49,8 @@ def read_study(path: Path) -> dict[str, Any]:
     base = check.base  # report errors of the experiment first
     variations = tuple(read_variations(tables.vary, check, context))
     if tables.optimise is not None and not _can_search(variations):
-        what = "requires variations with a range, and does not support seeds"
-        raise context.error("optimise.method", what)
+        problem = "requires variations with a range, and does not support seeds"
+        raise context.error("optimise.method", problem)
     sampler, count = _sampling(tables, variations, context)
     metrics = _metrics(tables, base, context)
     require_unique_columns(variations, metrics, context)
@@ -106,18 +106,18 @@ def _sampling(
         return sampler, None
     if sampler in ("grid", "list"):
         if drawn:
-            what = f"{sampler!r} requires `values` or `grid` for {drawn[0]}"
-            raise context.error("sampler", what)
+            problem = f"{sampler!r} requires `values` or `grid` for {drawn[0]}"
+            raise context.error("sampler", problem)
         if count is not None:
-            what = f"is not used by {sampler!r}, whose values define the number of runs; remove it"
-            raise context.error("count", what)
+            problem = f"is not used by {sampler!r}, whose values define the number of runs"
+            raise context.error("count", f"{problem}; remove it")
         sizes = [len(v.listed) for v in variations if v.is_listed]
         if sampler == "list" and len(set(sizes)) > 1:
-            what = f"a list requires the same number of values in all variations, not {sizes}"
-            raise context.error("vary", what)
+            problem = f"a list requires the same number of values in all variations, not {sizes}"
+            raise context.error("vary", problem)
         if sampler == "grid" and math.prod(sizes) > MAX_RUNS:
-            what = f"the grid has {math.prod(sizes)} runs; the maximum is {MAX_RUNS}"
-            raise context.error("vary", what)
+            problem = f"the grid has {math.prod(sizes)} runs; the maximum is {MAX_RUNS}"
+            raise context.error("vary", problem)
         return sampler, None
     if count is None or not 1 <= count <= MAX_RUNS:
         raise context.error("count", f"must be 1 to {MAX_RUNS} for {sampler!r}, not {count}")
@@ -152,6 +152,6 @@ def _box(data: Mapping[str, Any] | None, base: Experiment, context: Context) -> 
     if any(a > b for a, b in zip(box.lower, box.upper, strict=True)):
         raise context.error("workspace.lower", "must not be above upper")
     if box.points < 1 or box.points ** len(coordinates) > _MAX_POSES:
-        what = f"{box.points} poses per coordinate are too few or too many"
-        raise context.error("workspace.points", what)
+        problem = f"{box.points} poses per coordinate are too few or too many"
+        raise context.error("workspace.points", problem)
     return box

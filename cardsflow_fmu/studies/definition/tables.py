@@ -121,8 +121,8 @@ class VarySettings(Table):
     def _check_range(self) -> Self:
         given = [key for key in _RANGE_KEYS if getattr(self, key) is not None]
         if len(given) != 1:
-            what = f"requires exactly one of {', '.join(_RANGE_KEYS)}, found {len(given)}"
-            raise SettingError(what, key="path")
+            problem = f"requires exactly one of {', '.join(_RANGE_KEYS)}, found {len(given)}"
+            raise SettingError(problem, key="path")
         key = given[0]
         if key in ("uniform", "loguniform"):
             a, b = getattr(self, key)
@@ -131,11 +131,11 @@ class VarySettings(Table):
             if key == "loguniform" and a <= 0:
                 raise SettingError(f"must be positive, not {a!r}", key=key)
         if key == "normal" and self.normal[1] <= 0:
-            what = f"the standard deviation must be positive, not {self.normal[1]!r}"
-            raise SettingError(what, key=key)
+            problem = f"the standard deviation must be positive, not {self.normal[1]!r}"
+            raise SettingError(problem, key=key)
         if key == "box" and any(a > b for a, b in zip(self.box.low, self.box.high, strict=True)):
-            what = f"`from` must not be above `to`: {self.box.low} and {self.box.high}"
-            raise SettingError(what, key=key)
+            problem = f"`from` must not be above `to`: {self.box.low} and {self.box.high}"
+            raise SettingError(problem, key=key)
         if self.relative is not None and key == "seed":
             raise SettingError("a seed cannot be relative", key="relative")
         for value in self.values or () if self.relative is not None else ():
@@ -207,8 +207,8 @@ class Optimise(Table):
         if len(set(self.seeds)) < len(self.seeds):
             raise SettingError(f"must be unique, not {list(self.seeds)!r}", key="seeds")
         if self.max_runs > MAX_RUNS:
-            what = f"results in {self.max_runs} runs; the maximum is {MAX_RUNS}"
-            raise SettingError(what, key="generations")
+            problem = f"results in {self.max_runs} runs; the maximum is {MAX_RUNS}"
+            raise SettingError(problem, key="generations")
         return self
 
     @property

@@ -44,8 +44,8 @@ def require_unique_columns(
     """Reject variations with the name of another column of the table."""
     for variation in variations:
         if variation.name in (*LEADING_COLUMNS, *TRAILING_COLUMNS, *metrics):
-            what = f"the table has another column {variation.name!r}; rename the variation"
-            raise context.error("vary", what)
+            problem = f"the table has another column {variation.name!r}; rename the variation"
+            raise context.error("vary", problem)
 
 
 def _require_order(paths: Sequence[str], context: Context) -> None:
@@ -53,8 +53,8 @@ def _require_order(paths: Sequence[str], context: Context) -> None:
     before: set[str] = set()
     for path in paths:
         if path in before:
-            what = f"{path!r} overwrites an earlier variation of a part of it; list it first"
-            raise context.error("vary", what)
+            problem = f"{path!r} overwrites an earlier variation of a part of it; list it first"
+            raise context.error("vary", problem)
         parts = split_path(path)
         before |= {join_path(parts[:k]) for k in range(1, len(parts))}
         name, index = split_index(parts[-1])

@@ -119,8 +119,8 @@ class _Dispatcher:
                 f"every run kills its worker, last error {type(error).__name__}; a script that "
                 "calls run_study must do so inside `if __name__ == '__main__':`"
             )
-        what = f"its worker died {times} times, last error {type(error).__name__}"
-        self._store(run, Outcome({}, what))
+        problem = f"its worker died {times} times, last error {type(error).__name__}"
+        self._store(run, Outcome({}, problem))
 
     def _complete(self, run: Run, outcome: Outcome) -> None:
         self._any_completed = True

@@ -59,8 +59,8 @@ def _cma_es(settings: Optimise, dimensions: int, seed: int, evaluate: Evaluate) 
     try:
         from cmaes import CMA
     except ImportError:
-        what = f"'cma_es' requires cmaes: {install('optimise')}"
-        raise InputError(what, key="optimise.method") from None
+        problem = f"'cma_es' requires cmaes: {install('optimise')}"
+        raise InputError(problem, key="optimise.method") from None
     optimiser = CMA(
         mean=np.full(dimensions, 0.5),
         sigma=_SPREAD,

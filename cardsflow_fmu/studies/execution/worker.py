@@ -70,8 +70,8 @@ def _check_base(job: Job) -> None:
         except (CardsflowError, OSError) as error:
             raise StudyError(f"a worker cannot read the experiment: {error}") from None
     if _digests[key] != job.digest:
-        what = "was changed after the study began; start a new study in another folder"
-        raise StudyError(f"{job.experiment}: {what}")
+        problem = "was changed after the study began; start a new study in another folder"
+        raise StudyError(f"{job.experiment}: {problem}")
 
 
 def _simulation_time(result: Result, ready: float) -> float:

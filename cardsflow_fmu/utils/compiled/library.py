@@ -52,8 +52,8 @@ def run_library() -> ctypes.CDLL:
     root = Path(os.environ.get("CARDSFLOW_LIBRARY_DIR") or Path(__file__).parents[3])
     path = root / "cardsflow_fmu" / "runtime" / "lib" / f"cardsflow_run{_SUFFIX}"
     if not path.is_file():
-        what = "the C library for runs is missing; install the package again"
-        raise CardsflowError(f"{path}: {what}, or run `python hatch_build.py` in a source tree")
+        problem = "the C library for runs is missing; install the package again"
+        raise CardsflowError(f"{path}: {problem}, or run `python hatch_build.py` in a source tree")
     library = ctypes.CDLL(str(path))
     for name, (arguments, result) in _FUNCTIONS.items():
         function = getattr(library, name)

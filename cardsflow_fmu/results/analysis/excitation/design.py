@@ -120,8 +120,8 @@ def excitations(
             f"must be from {shortest:g} to {longest:g} s, not {duration:g}", key="--duration"
         )
     if not 0.0 < speed <= _MAX_SPEED:
-        what = f"must be above 0 and at most {_MAX_SPEED:g} rad/s, not {speed:g}"
-        raise InputError(what, key="--speed")
+        problem = f"must be above 0 and at most {_MAX_SPEED:g} rad/s, not {speed:g}"
+        raise InputError(problem, key="--speed")
     motions = Motions(robot, np.asarray(start, float), round(duration / KNOTS), speed)
     rng = np.random.default_rng(seed)
     points = motions.random_motion(rng)

@@ -39,8 +39,8 @@ def read_external_loads(robot: Robot, motion: Motion, file: Path) -> ExternalLoa
     elements = [Node(each, file, root.subject, root.notes) for each in root.element.iter(_LOAD)]
     data = next((each.text or "" for each in root.element.iter("datafile")), "").strip()
     if not elements or not data:
-        what = "datafile" if elements else _LOAD
-        raise InputError(f"has no {what}; it must contain ExternalLoads of OpenSim", file=file)
+        missing = "datafile" if elements else _LOAD
+        raise InputError(f"has no {missing}; it must contain ExternalLoads of OpenSim", file=file)
     table = read_opensim_table(file.parent / data)
     _require_times(table, motion, file.parent / data)
     links = tuple(_link(robot, each) for each in elements)
@@ -67,8 +67,8 @@ def _link(robot: Robot, load: Node) -> str:
     """Return the link of a load that is expressed in the ground frame."""
     for key in ("force_expressed_in_body", "point_expressed_in_body"):
         if (body := _text(load, key)) not in ("", *_GROUND):
-            what = f"{key} is {body!r}; express the load in ground"
-            raise InputError(what, file=load.file, line=load.line)
+            problem = f"{key} is {body!r}; express the load in ground"
+            raise InputError(problem, file=load.file, line=load.line)
     body = _text(load, "applied_to_body").rpartition("/")[2]
     known = [link.name for link in robot.links]
     if body not in known:
@@ -102,5 +102,5 @@ def _require_times(table: OpenSimTable, motion: Motion, file: Path) -> None:
     begin, end = float(motion.times[0]), float(motion.times[-1])
     if begin < times[0] or end > times[-1]:
         has = f"has loads from {times[0]:g} to {times[-1]:g} s"
-        what = f"{has}, but the motion is from {begin:g} to {end:g} s; use --begin and --end"
-        raise InputError(what, file=file)
+        problem = f"{has}, but the motion is from {begin:g} to {end:g} s; use --begin and --end"
+        raise InputError(problem, file=file)

@@ -88,8 +88,8 @@ def read_given_motion(
     last = float(rows[-1]) if end is None else end
     for key, value in (("--begin", first), ("--end", last)):
         if not rows[0] <= value <= rows[-1]:
-            what = f"must be within the motion, {rows[0]:g} to {rows[-1]:g} s, not {value:g}"
-            raise InputError(what, key=key)
+            problem = f"must be within the motion, {rows[0]:g} to {rows[-1]:g} s, not {value:g}"
+            raise InputError(problem, key=key)
     if frames is not None and not 2 <= frames <= MAX_FRAMES:
         raise InputError(f"must be from 2 to {MAX_FRAMES}, not {frames}", key="--frames")
     is_inside = (rows >= first) & (rows <= last)

@@ -76,8 +76,8 @@ def optimise_activations(
     )
     found = MuscleTrajectorySolver(problem, np.full_like(lengths, _START)).solve()
     if not found.is_solved:
-        what = f"the optimisation has not converged after {found.iterations} iterations"
-        raise CardsflowError(f"{what}; use other times, or more --frames")
+        failure = f"the optimisation has not converged after {found.iterations} iterations"
+        raise CardsflowError(f"{failure}; use other times, or more --frames")
     found = found._replace(tensions=np.where(is_slack, 0.0, found.tensions))
     changed = muscles.elastic & ~elastic
     rigid_names = tuple(m.name for m, is_rigid in zip(kept, changed, strict=True) if is_rigid)
@@ -126,8 +126,8 @@ def _require_valid(robot: Robot, motion: Motion, reserve: float, power: float) -
     for muscle in robot.muscles:
         law = law_of(muscle.model)
         if law.command is not None and not has_fibres(muscle):
-            what = f"muscle {muscle.name!r}: --dynamics does not support {law.kind!r}"
-            raise InputError(f"{what}; it supports {', '.join(FIBRE_LAWS)}")
+            problem = f"muscle {muscle.name!r}: --dynamics does not support {law.kind!r}"
+            raise InputError(f"{problem}; it supports {', '.join(FIBRE_LAWS)}")
     if not any(has_fibres(muscle) for muscle in robot.muscles):
         raise InputError("the robot has no Hill-type muscles, which --dynamics requires")
     if not 0.0 < reserve < np.inf:
@@ -136,7 +136,7 @@ def _require_valid(robot: Robot, motion: Motion, reserve: float, power: float) -
         raise InputError(f"must be above 1 and at most 10, not {power:g}", key="--power")
     steps = np.diff(motion.times)
     if not 3 <= len(motion.times) <= MAX_FRAMES:
-        what = f"must be from 3 to {MAX_FRAMES} with --dynamics, not {len(motion.times)}"
-        raise InputError(what, key="--frames")
+        problem = f"must be from 3 to {MAX_FRAMES} with --dynamics, not {len(motion.times)}"
+        raise InputError(problem, key="--frames")
     if abs(steps - steps[0]).max() > _EVEN * steps[0]:
         raise InputError("the times of the motion must be equidistant")

@@ -63,7 +63,7 @@ def test_run_follows_the_optimised_motion(cardsflow: CommandLine, file: Path) ->
     assert out.startswith("cost ")
     next_words = shlex.split(out.splitlines()[-1])[1:]
     assert next_words[:2] == ["cardsflow", "run"]
-    names, rows = read_csv(file.parent / "motion.csv", what="motion", most=1_000_000)
+    names, rows = read_csv(file.parent / "motion.csv", kind="motion", most=1_000_000)
     motion = dict(zip(names, rows.T, strict=True))
     assert motion["time"][-1] == 0.6
     ends = [[motion[f"{p}.joint_{k}"][row] for p in ("q", "qd") for k in (1, 2)] for row in (0, -1)]
