@@ -91,8 +91,8 @@ def _first_experiment(folder: Path) -> FirstExperiment:
 
 def _no_experiment(folder: Path, error: CardsflowError) -> Finding:
     """Return the warning that a robot has no experiment; the folder will be renamed."""
-    what = error.problem if isinstance(error, InputError) else str(error)
-    problem = f"it is not written: {what}".replace(f"{folder}{os.sep}", "")
+    reason = error.problem if isinstance(error, InputError) else str(error)
+    problem = f"it is not written: {reason}".replace(f"{folder}{os.sep}", "")
     return warning(Subject("file", "experiment.toml"), "no-experiment", problem)
 
 

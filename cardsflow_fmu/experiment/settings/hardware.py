@@ -153,7 +153,7 @@ class FailureSettings(Table):
     part: Text = setting("the muscle; for encoder_stuck, the joint coordinate")
     time: FromZero = setting("time of the failure, in s after the start")
     value: float = setting(
-        "; ".join(f"{kind}: {what}" for kind, what in _FAILURE_VALUES.items()), None
+        "; ".join(f"{kind}: {meaning}" for kind, meaning in _FAILURE_VALUES.items()), None
     )
     other: Text = setting("length_swapped: the other muscle", None)
 

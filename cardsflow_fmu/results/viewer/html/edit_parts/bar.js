@@ -16,9 +16,9 @@ function addEditBar(editor) {
   const bar = element("div", document.body, { className: "bar playing editing" }), help = addHelp(EDIT_KEYS);
   const status = element("div", bar, { className: "status" });
   const button = (textContent, ariaLabel, act) => {
-    const made = addButton(bar, textContent, act, ariaLabel);
-    made.ariaLabel = ariaLabel;
-    return made;
+    const added = addButton(bar, textContent, act, ariaLabel);
+    added.ariaLabel = ariaLabel;
+    return added;
   };
   const drawing = button("New muscle", "new muscle", () => { if (editor.drawing) editor.endDrawing(); else editor.newMuscle(); });
   const showSurface = addChoice(bar, { title: "add a wrap surface", options: () => SURFACES, get: () => editor.placing ?? "", set: shape => editor.place(shape || null) });

@@ -181,14 +181,14 @@ class Editor {
     if (this.placing) this.addWrap(placeAt(this, at, snaps));
     else if (this.drawing) this.addPoint(at, snaps);
     else {
-      const thing = thingAt(this, at);
-      if (thing) this.select(thing.muscle ? { muscle: thing.muscle } : { wrap: thing.wrap });
+      const item = itemAt(this, at);
+      if (item) this.select(item.muscle ? { muscle: item.muscle } : { wrap: item.wrap });
     }
   }
 
   addPoint(at, snaps) {
     const muscle = this.document.muscle(this.drawing.muscle), after = this.selected.point ?? -1, found = placeAt(this, at, snaps);
-    const surface = thingAt(this, at), isNearer = surface?.wrap && !(found && !found.axis && this.depthOf(found.place) < surface.t);
+    const surface = itemAt(this, at), isNearer = surface?.wrap && !(found && !found.axis && this.depthOf(found.place) < surface.t);
     if (isNearer && muscle.points.length && !muscle.wraps.some(wrap => wrap.surface === surface.wrap && wrap.segment === after)) {
       this.change(() => addRoute(muscle, surface.wrap, after));
       this.say(`${muscle.name} passes over ${surface.wrap}; click the next point`);
@@ -236,14 +236,14 @@ class Editor {
   }
 
   // Attaches a point or surface to another link; its place in the world stays.
-  attach(thing, link) {
+  attach(item, link) {
     this.change(() => {
-      const place = this.worldOf(thing), before = this.poses[thing.link] ?? this.poses.world;
-      if (thing.rpy) {
-        const { axes } = this.frameOf(thing);
-        thing.rpy = rpyOf(axes.map(axis => directionToLink(this.poses[link], axis)));
+      const place = this.worldOf(item), before = this.poses[item.link] ?? this.poses.world;
+      if (item.rpy) {
+        const { axes } = this.frameOf(item);
+        item.rpy = rpyOf(axes.map(axis => directionToLink(this.poses[link], axis)));
       }
-      if (before) Object.assign(thing, { link, position: this.localOf(link, place) });
+      if (before) Object.assign(item, { link, position: this.localOf(link, place) });
     });
   }
 

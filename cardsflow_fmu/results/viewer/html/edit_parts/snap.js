@@ -57,7 +57,7 @@ function handleAt(editor, pointer, wide) {
 }
 
 // Returns the muscle or wrap surface under the pointer, as { muscle } or { wrap }, or null.
-function thingAt(editor, pointer) {
+function itemAt(editor, pointer) {
   const { view } = editor.uniforms(), line = shapeAt(editor.shapesOf.shapes.filter(shape => shape.muscle), editor.shown, view, editor.played.box, pointer);
   if (line) return { muscle: line.muscle };
   const ray = rayAt(editor.camera, editor.canvas, ...pointer);

@@ -24,12 +24,12 @@ function muscleTableText({ muscles, wraps }) {
 }
 
 function muscleRows({ name, law, parameters, f_min, f_max, points, wraps, options = "" }) {
-  const own = { "f_min [N]": numberText(f_min), "f_max [N]": numberText(f_max ?? Infinity), model: law,
+  const settings = { "f_min [N]": numberText(f_min), "f_max [N]": numberText(f_max ?? Infinity), model: law,
     parameters: Object.entries(parameters).map(([key, value]) => `${key}=${numberText(value)}`).join(" ") };
-  const first = options || !points.length ? [{ role: "via", name, ...own, options }] : [];
+  const first = options || !points.length ? [{ role: "via", name, ...settings, options }] : [];
   return [
     ...first,
-    ...points.map((point, k) => ({ role: "via", name, number: String(k), ...placeCells(point), ...(k || first.length ? {} : own), options: point.options ?? "" })),
+    ...points.map((point, k) => ({ role: "via", name, number: String(k), ...placeCells(point), ...(k || first.length ? {} : settings), options: point.options ?? "" })),
     ...wraps.map(({ surface, segment, side = 0, turns = 0, inside = false, options: more = "" }) => ({ role: "wrap", name, number: String(segment), surface,
       side: side ? String(side) : "", turns: turns ? String(turns) : "", inside: inside ? "yes" : "", options: more })),
   ];

@@ -28,12 +28,12 @@ class WrapSection {
     for (const name of names) {
       const row = element("tr", table, { className: "choice" });
       element("td", row, { textContent: name, title: name });
-      const what = element("td", row);
+      const cell = element("td", row);
       row.addEventListener("click", () => this.editor.select({ wrap: name }));
       this.shows.push(() => {
         const { shape, link } = this.editor.document.wrap(name);
         row.classList.toggle("selected", name === this.editor.selected.wrap);
-        what.textContent = what.title = `${shape} on ${link}`;
+        cell.textContent = cell.title = `${shape} on ${link}`;
       });
     }
   }

@@ -63,12 +63,12 @@ class Changes {
 
   // Returns the values of a kind by name.
   of(kind) {
-    const found = new Map();
+    const values = new Map();
     for (const [key, value] of Object.entries(this.all)) {
-      const [own, name] = this.parse(key);
-      if (own === kind) found.set(name, value);
+      const [keyKind, name] = this.parse(key);
+      if (keyKind === kind) values.set(name, value);
     }
-    return found;
+    return values;
   }
 
   // ------------------------------------------------------------------- variables
@@ -94,9 +94,9 @@ class Changes {
   openModels() {
     let isNew = false;
     this.engine.models.forEach((model, i) => {
-      const own = this.fieldsOf(i), key = JSON.stringify(own);
+      const changes = this.fieldsOf(i), key = JSON.stringify(changes);
       if (this.opened[i] === key) return;
-      model.load(this.fileWith(i, own));
+      model.load(this.fileWith(i, changes));
       this.opened[i] = key;
       isNew = true;
     });
@@ -105,21 +105,21 @@ class Changes {
 
   // Returns the changes that concern the file of a model.
   fieldsOf(i) {
-    const { role, fields } = this.engine.header.models[i], own = {};
-    const take = (kind, of) => { if (fields[of] && this.of(kind).size) own[kind] = [...this.of(kind)]; };
+    const { role, fields } = this.engine.header.models[i], changes = {};
+    const take = (kind, of) => { if (fields[of] && this.of(kind).size) changes[kind] = [...this.of(kind)]; };
     take("gravity", "gravity");
     if (role === "plant")
       for (const [kind, of] of Object.entries({ mass: "mass", friction: "bend_friction", tension: "tension_scale", break: "break_time" }))
         take(kind, of);
-    if (role !== "sensors") return own;
+    if (role !== "sensors") return changes;
     take("noise", "noise");
     take("break", "stuck");
     // the time of a model is 0 when the model begins
-    if (own.break) own.break = own.break.map(([name, time]) => [name, time - this.engine.models[i].begin]);
-    return own;
+    if (changes.break) changes.break = changes.break.map(([name, time]) => [name, time - this.engine.models[i].begin]);
+    return changes;
   }
 
-  fileWith(i, own) {
+  fileWith(i, changes) {
     const file = this.files[i].slice(), { fields } = this.engine.header.models[i];
     const view = new DataView(file.buffer);
     const numbers = name => {
@@ -130,15 +130,15 @@ class Changes {
         set: (k, value) => view.setFloat64(at + 8 * k, value, true),
       };
     };
-    if (own.gravity) own.gravity[0][1].forEach((value, k) => numbers("gravity").set(k, value));
-    if (own.mass) this.scaleMasses(new Map(own.mass), numbers);
-    if (own.friction) this.scaleFriction(new Map(own.friction), numbers("bend_friction"), view, fields);
+    if (changes.gravity) changes.gravity[0][1].forEach((value, k) => numbers("gravity").set(k, value));
+    if (changes.mass) this.scaleMasses(new Map(changes.mass), numbers);
+    if (changes.friction) this.scaleFriction(new Map(changes.friction), numbers("bend_friction"), view, fields);
     for (const [kind, name] of [["tension", "tension_scale"], ["break", fields.stuck ? "stuck" : "break_time"]])
-      for (const [muscle, value] of own[kind] || [])
+      for (const [muscle, value] of changes[kind] || [])
         numbers(name).set(this.engine.header.muscles.findIndex(one => one.name === muscle), value);
-    if (own.noise) {
+    if (changes.noise) {
       const noise = numbers("noise");
-      for (let k = 0; k < noise.count; k++) noise.set(k, own.noise[0][1] * noise.get(k));
+      for (let k = 0; k < noise.count; k++) noise.set(k, changes.noise[0][1] * noise.get(k));
     }
     view.setUint32(16, crc32(file.subarray(20)), true);
     return file;

@@ -14,17 +14,17 @@ class Drawing {
 
   // Returns rotation, row by row, and position of a link in the world.
   pose(link, into = new Float64Array(12), at = 0) {
-    const frame = this.frames[link], own = this.places.subarray(12 * link, 12 * link + 12);
+    const frame = this.frames[link], local = this.places.subarray(12 * link, 12 * link + 12);
     if (frame < 0) {
-      into.set(own, at);
+      into.set(local, at);
       return into;
     }
     const R = this.plant.array("frame_rotation").subarray(9 * frame, 9 * frame + 9);
     const o = this.plant.array("frame_origin").subarray(3 * frame, 3 * frame + 3);
     for (let i = 0; i < 3; i++) {
       for (let j = 0; j < 3; j++)
-        into[at + 3 * i + j] = R[3 * i] * own[j] + R[3 * i + 1] * own[3 + j] + R[3 * i + 2] * own[6 + j];
-      into[at + 9 + i] = o[i] + R[3 * i] * own[9] + R[3 * i + 1] * own[10] + R[3 * i + 2] * own[11];
+        into[at + 3 * i + j] = R[3 * i] * local[j] + R[3 * i + 1] * local[3 + j] + R[3 * i + 2] * local[6 + j];
+      into[at + 9 + i] = o[i] + R[3 * i] * local[9] + R[3 * i + 1] * local[10] + R[3 * i + 2] * local[11];
     }
     return into;
   }

@@ -169,16 +169,16 @@ class Engine {
   }
 
   pullLink() {
-    const own = this.pulled, place = pointAt(this.drawing.pose(own.link), own.point);
-    const origin = this.drawing.pose(this.drawing.wrenched[own.at]).subarray(9);
-    const last = own.last || place;
-    own.last = place;
-    own.place = place;
-    own.acting = own.force || place.map((x, i) =>
-      own.stiffness * (own.target[i] - x) - own.damping * (x - last[i]) / this.step);
+    const spring = this.pulled, place = pointAt(this.drawing.pose(spring.link), spring.point);
+    const origin = this.drawing.pose(this.drawing.wrenched[spring.at]).subarray(9);
+    const last = spring.last || place;
+    spring.last = place;
+    spring.place = place;
+    spring.acting = spring.force || place.map((x, i) =>
+      spring.stiffness * (spring.target[i] - x) - spring.damping * (x - last[i]) / this.step);
     const lever = place.map((x, i) => x - origin[i]), wrenches = this.plant.group("wrenches");
     wrenches.fill(0);
-    wrenches.set([...own.acting, ...cross3(lever, own.acting)], 6 * own.at);
+    wrenches.set([...spring.acting, ...cross3(lever, spring.acting)], 6 * spring.at);
   }
 
   // Changes a number of the running simulation by the key of `cardsflow run --set`; null: as in the experiment.
@@ -195,7 +195,7 @@ class Engine {
 
   // Returns everything that the next steps depend on.
   snapshot() {
-    const copy = own => own && Object.fromEntries(Object.entries(own).map(([key, value]) =>
+    const copy = object => object && Object.fromEntries(Object.entries(object).map(([key, value]) =>
       [key, value && value.slice ? value.slice() : value]));
     return {
       k: this.k,
@@ -281,7 +281,7 @@ class Engine {
   }
 
   values() {
-    const own = this.loop.models, views = new Map(own.map(model => [model, model.values]));
+    const views = new Map(this.loop.models.map(model => [model, model.values]));
     return Float64Array.from(this.columns, ({ places }) => {
       for (const [model, i] of places) if (views.has(model)) return views.get(model)[i];
       return NaN;

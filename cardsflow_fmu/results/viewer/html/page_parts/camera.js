@@ -112,13 +112,13 @@ class Camera {
     }, { passive: false });
   }
 
-  // Returns the column-major projection matrix and the position of the eye, which are kept until the view changes.
+  // Returns the column-major projection matrix and the position of the eye, which are cached until the view changes.
   uniforms(aspect) {
-    const { turn, tilt, distance, target, kept } = this;
-    if (kept && kept.turn === turn && kept.tilt === tilt && kept.distance === distance && kept.target === target && kept.aspect === aspect)
-      return kept.uniforms;
-    this.kept = { turn, tilt, distance, target, aspect, uniforms: this.computeUniforms(aspect) };
-    return this.kept.uniforms;
+    const { turn, tilt, distance, target, cached } = this;
+    if (cached && cached.turn === turn && cached.tilt === tilt && cached.distance === distance && cached.target === target && cached.aspect === aspect)
+      return cached.uniforms;
+    this.cached = { turn, tilt, distance, target, aspect, uniforms: this.computeUniforms(aspect) };
+    return this.cached.uniforms;
   }
 
   computeUniforms(aspect) {

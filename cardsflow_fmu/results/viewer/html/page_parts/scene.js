@@ -26,17 +26,17 @@ function drawAct(played, index, count, drawing, camera, shown, now, pointer) {
   const { act, box, world } = played, [k, part] = frameAt(act.time, now), { lists } = drawing;
   const uniforms = camera.uniforms(box.clientWidth / Math.max(box.clientHeight, 1));
   const meshes = played.meshes ||= [], value = played.value ||= [0], rgb = played.rgb ||= [0, 0, 0];
-  const taken = played.taken ||= [];
+  const avoided = played.avoided ||= [];
   let list = lists.solid, alpha = 1;
   const put = (body, points, i, j, radius, colour) => list[body].add(points, i, j, radius, colour, alpha);
   drawing.clearBatches();
-  meshes.length = taken.length = 0;
+  meshes.length = avoided.length = 0;
   for (const shape of act.shapes) {
     const visible = shown.has(shape.group), { kind } = shape;
     if (!visible && !shape.element) continue;
     const trail = kind === "Trail", points = pointsAt(shape, k, part);
     if (kind === "Label") {
-      placeLabel(shape, points, rowAt(shape.values, k, part, value)[0], box, uniforms.view, visible, pointer, taken);
+      placeLabel(shape, points, rowAt(shape.values, k, part, value)[0], box, uniforms.view, visible, pointer, avoided);
       continue;
     }
     rowAt(shape.colours, k, 0, rgb);
@@ -70,8 +70,8 @@ function poseOf(p, lever, into = new Float32Array(16)) {
 const NEAR = 70; // in pixels: a hidden label is shown if the pointer is closer
 const GAP = 2; // between labels, in pixels
 
-// Shows a label at a point. `taken` contains the rectangles of title and other labels, which it avoids.
-function placeLabel({ element: label, label: title }, point, value, box, view, visible, pointer, taken) {
+// Shows a label at a point. `avoided` are the rectangles of title and other labels.
+function placeLabel({ element: label, label: title }, point, value, box, view, visible, pointer, avoided) {
   const place = visible || !Number.isNaN(pointer[0]) ? project(view, point) : null;
   const x = place && place[0] * box.clientWidth, y = place && place[1] * box.clientHeight;
   const near = place && Math.hypot(x + box.offsetLeft - pointer[0], y + box.offsetTop - pointer[1]) < NEAR;
@@ -82,14 +82,14 @@ function placeLabel({ element: label, label: title }, point, value, box, view, v
   if (label.letters !== text.length) Object.assign(label, { letters: text.length, width: label.offsetWidth, height: label.offsetHeight });
   const left = x - label.width / 2, right = left + label.width;
   let top = y - label.height / 2;
-  if (!taken.length) taken.push(titleOf(box));
-  for (let i = 0; i < taken.length; i++) {
-    const other = taken[i];
+  if (!avoided.length) avoided.push(titleOf(box));
+  for (let i = 0; i < avoided.length; i++) {
+    const other = avoided[i];
     if (left > other.right + GAP || right < other.left - GAP || top > other.bottom + GAP || top + label.height < other.top - GAP) continue;
     top = other.bottom + GAP + 1;
     i = -1; // the new place can meet another label
   }
-  taken.push({ left, right, top, bottom: top + label.height });
+  avoided.push({ left, right, top, bottom: top + label.height });
   label.style.transform = `translate(${left}px, ${top}px)`;
 }
 

@@ -13,9 +13,9 @@ function addPlayBar(client, panel) {
   const bar = element("div", document.body, { className: "bar playing" }), help = addHelp(SHORTCUTS);
   bar.append(panel.status);
   const button = (textContent, ariaLabel, act) => {
-    const made = element("button", bar, { textContent, ariaLabel, title: ariaLabel });
-    made.addEventListener("click", () => { act(); made.blur(); });
-    return made;
+    const added = element("button", bar, { textContent, ariaLabel, title: ariaLabel });
+    added.addEventListener("click", () => { act(); added.blur(); });
+    return added;
   };
   const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
   const at = step => Math.max(client.frame.first, Math.min(client.frame.last, step));

@@ -6,13 +6,13 @@ async function archiveOf(text, data, setup, changes) {
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
   const contents = JSON.parse(await new Response(stream).text()), decoder = new TextDecoder("utf-8", { fatal: true });
   const files = Object.entries(contents).map(([name, base64]) => [name, Uint8Array.from(atob(base64), c => c.charCodeAt(0))]);
-  const own = files.find(([name]) => name === data.experimentFile), experiment = JSON.parse(decoder.decode(own[1]));
+  const file = files.find(([name]) => name === data.experimentFile), experiment = JSON.parse(decoder.decode(file[1]));
   for (const [key, value] of Object.entries(changes)) applyChange(experiment, data, setup, key, value);
-  own[1] = new TextEncoder().encode(JSON.stringify(experiment, null, 1));
+  file[1] = new TextEncoder().encode(JSON.stringify(experiment, null, 1));
   return zip(files);
 }
 
-// Returns what the gains of the experiment's controller belong to.
+// Returns the coordinates or tasks with gains of the experiment's controller.
 const gainNames = (data, setup) => setup.space === "task" ? data.tasks : setup.coordinates.map(c => c.name);
 
 // Writes a changed number into the settings, in which numbers of links, muscles and joints are lists.
