@@ -75,12 +75,6 @@ def add_run(commands: Commands) -> None:
     text = 'do not fail if the reference is not tracked: run.accept = "any" (default: off)'
     parser.add_argument("--allow-poor-tracking", action="store_true", help=text)
     add_json(parser, "the summary")
-    parser.add_argument(
-        "--as-script",
-        action="store_true",
-        help="print a Python script of the run instead of running it; the script only uses FMPy if "
-        "it couples FMUs (default: off)",
-    )
     text = "show the simulation in the browser during the run (default: off)"
     parser.add_argument("--view", action="store_true", help=text)
     add_live_options(parser)
@@ -115,8 +109,6 @@ def _run(options: argparse.Namespace) -> int:
         require_openable(experiment)  # an error is reported without warnings before it
         print_findings(found, rest="cardsflow check")
     _print_observability(experiment)
-    if options.as_script:
-        return _print_script(options, experiment)
     try:
         with live_watch(experiment, options) as (watch, replay):
             with show_progress("run", "steps") as update:
@@ -167,13 +159,6 @@ def _run_system(options: argparse.Namespace) -> int:
 
             open_link(options.hardware)  # raises an error for an invalid URI
         settings["variant"] = "hardware"
-    if options.as_script:
-        if options.hardware is not None:
-            problem = (
-                "is not supported in a script of an .ssp; use the argument `hardware` of run_system"
-            )
-            raise InputError(problem, key="--hardware")
-        return _print_script(options)
     try:
         with show_progress("run", "steps") as update:
             result = run_system(
@@ -200,25 +185,6 @@ def _engine(options: argparse.Namespace) -> dict[str, str]:
     """Return the settings of `run` that --compute and --coupling specify."""
     given = {"compute": options.compute, "coupling": options.coupling}
     return {key: value for key, value in given.items() if value is not None}
-
-
-def _print_script(options: argparse.Namespace, experiment: Experiment | None = None) -> int:
-    from .run_script import fmpy_script, missing_in_fmpy, run_script
-
-    reject_view(options, "is not supported in a script; omit it")
-    path, output = options.experiment, options.output
-    if experiment is not None and experiment.run.coupling == "fmu":
-        missing = missing_in_fmpy(experiment, options.realtime)
-        if missing is None:
-            python, hardware = experiment.run.compute == "python", experiment.hardware.use
-            print(fmpy_script(path, output, options.set, python=python, hardware=hardware), end="")
-            return GOOD
-        print_warning(
-            f"a script with only FMPy does not support {missing}; this script uses cardsflow_fmu"
-        )
-    settings = parse_settings(options.set)
-    print(run_script(path, output, settings, realtime=options.realtime), end="")
-    return GOOD
 
 
 def _print_result(result: SystemResult, options: argparse.Namespace) -> None:

@@ -1,4 +1,4 @@
-"""The FMUs of examples/planar_2r, stepped with FMPy only; no import of this package.
+"""Step the FMUs of an experiment with FMPy only; no import of CARDSFlow.
 
 cardsflow build examples/planar_2r -o fmus
 python cosimulate.py fmus results.csv plant        # the simulated robot

@@ -6,7 +6,6 @@ import ast
 import csv
 import os
 import re
-import shlex
 import signal
 import subprocess
 import sys
@@ -16,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.command_line import CommandLine
 from support.fmu.bare_environment import BareEnvironment
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
@@ -33,13 +31,11 @@ def read_rows(file: Path) -> dict[str, np.ndarray]:
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
 
 
-def cosimulated(
-    fmus: Path, *robot: str, script: Path = SCRIPT, **variables: str
-) -> dict[str, np.ndarray]:
+def cosimulated(fmus: Path, *robot: str, **variables: str) -> dict[str, np.ndarray]:
     """Run the script in a process and return the columns that it writes."""
     file = fmus / "results.csv"
     done = subprocess.run(
-        [sys.executable, str(script), str(fmus), str(file), *robot],
+        [sys.executable, str(SCRIPT), str(fmus), str(file), *robot],
         env={**os.environ, **variables},
         capture_output=True,
         text=True,
@@ -59,12 +55,6 @@ def require_equal(rows: dict[str, np.ndarray], result: Result) -> None:
         np.testing.assert_array_equal(rows[name], result[name], err_msg=name)
 
 
-@pytest.fixture
-def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
-    """Return the command line."""
-    return CommandLine(capsys)
-
-
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
@@ -78,33 +68,11 @@ def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
     ],
     ids=str,
 )
-def test_script_steps_like_run(
-    example: str, settings: dict[str, Any], tmp_path: Path, cardsflow: CommandLine
-) -> None:
-    """Examples include tasks, muscle laws and a world in Python, started by the named commands."""
-    settings = SHORT | settings
-    words = [f"--set={key}={value}" for key, value in settings.items()]
-    command = ["run", str(EXAMPLES / example), *words, "-o", str(tmp_path / "my fmus")]
-    code, script, _ = cardsflow(*command, "--as-script")
-    assert code == 0
-    (tmp_path / "cosimulate.py").write_text(script, encoding="utf-8")
-    building = shlex.split(script.splitlines()[2])
-    assert building[0] == "cardsflow"
-    assert cardsflow(*building[1:])[0] == 0
-    rows = cosimulated(tmp_path / "my fmus", script=tmp_path / "cosimulate.py")
-    require_equal(rows, simulate(Experiment.load(EXAMPLES / example, settings)))
-
-
-def test_example_equals_the_output_of_run(
-    cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Compare with the example in the repository, from its parent folder."""
-    monkeypatch.chdir(EXAMPLES.parent)
-    code, script, err = cardsflow("run", "examples/planar_2r", "--as-script")
-    assert (code, err) == (0, "")
-    assert script == SCRIPT.read_text(encoding="utf-8")
-    hardware = cardsflow("run", "examples/planar_2r", "--as-script", "--hardware", "udp://h:1")[1]
-    assert 'robot="hardware"' in hardware
+def test_script_steps_like_run(example: str, settings: dict[str, Any], tmp_path: Path) -> None:
+    """Examples include tasks, muscle laws and a world in Python."""
+    experiment = Experiment.load(EXAMPLES / example, SHORT | settings)
+    build(experiment, tmp_path)
+    require_equal(cosimulated(tmp_path), simulate(experiment))
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ import ast
 import builtins
 import contextlib
 import fcntl
-import io
 import os
 import pty
 import shlex
@@ -23,7 +22,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.cases import sample_cases
 from support.command_line import CommandLine
 from support.process_output import wait_until
 from support.robots.robots import EXAMPLES, PLANAR_2R
@@ -222,70 +220,6 @@ def test_commands_print_json(what: str, tmp_path: Path, cardsflow: CommandLine) 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", sample_cases([["--coupling", "direct"], ["--realtime"]]))
-def test_script_of_a_run_has_identical_results(
-    words: list[str],
-    tmp_path: Path,
-    cardsflow: CommandLine,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Scripts of this package; see tests/end_to_end/test_fmpy_script.py for only FMPy."""
-    monkeypatch.chdir(tmp_path)
-    settings = ["--set", "run.duration=0.1", "--set", 'robot.cable_set="basic_2018_07"']
-    words = ["run", str(PLANAR_2R), *settings, *words]
-    code, script, err = cardsflow(*words, "-o", "scripted", "--as-script")
-    assert code == 0
-    assert ("does not support --realtime" in err) == ("--realtime" in words)
-    assert not any(tmp_path.iterdir())
-    with contextlib.redirect_stdout(io.StringIO()) as printed:
-        exec(compile(script, "script.py", "exec"), {})
-    assert "complete" in printed.getvalue()
-    assert cardsflow(*words, "-o", "ran")[0] == 0
-    scripted, ran = (Path(name, "results.csv").read_bytes() for name in ("scripted", "ran"))
-    assert scripted == ran
-
-
-@pytest.mark.parametrize(
-    ("words", "missing"),
-    [
-        ([PLANAR_2R, "--set", "run.scheme=jacobi"], "the coupling scheme jacobi"),
-        ([PLANAR_2R, "--set", "wiring.controller={'qd_d.joint_2'=0.0, 'q.joint_1'=0.1}"], "[wir"),
-        ([PLANAR_2R, "--set", "wiring.controller={'qd_d.joint_2'=0.0}"], "[wiring]"),
-    ],
-)
-def test_script_without_plain_fmpy_states_the_reason(
-    words: list[str | Path], missing: str, cardsflow: CommandLine
-) -> None:
-    code, script, err = cardsflow("run", *words, "--as-script")
-    assert code == 0
-    assert "fmpy" not in script
-    assert f"warning: a script with only FMPy does not support {missing}" in err
-
-
-@pytest.mark.slow
-def test_script_of_an_ssp_has_identical_results(tmp_path: Path, cardsflow: CommandLine) -> None:
-    assert cardsflow("build", str(PLANAR_2R), *SHORT, "-o", str(tmp_path))[0] == 0
-    words = ["run", str(tmp_path / "system.ssp"), "--set", "run.duration=0.02"]
-    script = cardsflow(*words, "-o", str(tmp_path / "scripted"), "--as-script")[1]
-    with contextlib.redirect_stdout(io.StringIO()):
-        exec(compile(script, "script.py", "exec"), {})
-    assert cardsflow(*words, "-o", str(tmp_path / "ran"))[0] == 0
-    scripted, ran = ((tmp_path / name / "results.csv").read_bytes() for name in ("scripted", "ran"))
-    assert scripted == ran
-
-
-def test_no_script_is_printed_for_invalid_input_or_a_view(
-    cardsflow: CommandLine,
-) -> None:
-    words = ["run", str(PLANAR_2R), "--as-script"]
-    code, out, err = cardsflow(*words, "--set", "controller.kpp=1")
-    assert (code, out) == (2, "")
-    assert "did you mean 'kp'" in err
-    code, out, err = cardsflow(*words, "--view")
-    assert (code, out) == (2, "")
-    assert "--view" in err
-
-
 # Interruption
 
 

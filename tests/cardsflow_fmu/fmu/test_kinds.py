@@ -103,12 +103,6 @@ def test_run_reports_how_fmus_compute(
     assert ("plant in Python: not in C: worlds with contacts" in line) == (words[0] == PICK_UP)
 
 
-def test_the_python_interface_has_the_same_setting(cardsflow: CommandLine) -> None:
-    words = ("run", PLANAR_2R, "--as-script")
-    assert " --compute python -o fmus\n" in cardsflow(*words, "--compute", "python")[1]
-    assert "--compute" not in cardsflow(*words)[1]
-
-
 @pytest.mark.slow
 def test_fmus_of_both_kinds_contain_libraries_for_other_platforms(tmp_path: Path) -> None:
     """Also if the current platform is requested by name."""

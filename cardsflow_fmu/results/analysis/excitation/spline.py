@@ -26,23 +26,8 @@ def basis(order: int) -> FloatArray:
     Args:
         order: Order of the derivative; 0 for positions.
     """
+    from scipy.interpolate import BSpline  # slow to import
+
     x = np.arange(PER_SPAN + 1) / PER_SPAN
-    B = _uniform_splines(ORDER - order, x)
-    for _ in range(order):  # differences of the control points
-        B = np.pad(B, ((0, 0), (1, 0))) - np.pad(B, ((0, 0), (0, 1)))
-    return B / KNOTS**order
-
-
-def _uniform_splines(degree: int, x: FloatArray) -> FloatArray:
-    """Return the nonzero uniform B-splines of a degree in a span, shape (k, degree + 1).
-
-    Args:
-        degree: Degree of the splines.
-        x: Positions in the span, from 0 to 1, shape (k,).
-    """
-    B = np.ones((len(x), 1))
-    for d in range(1, degree + 1):
-        j = np.arange(d)
-        right, left = (x[:, None] + d - 1 - j) / d, (j + 1 - x[:, None]) / d
-        B = np.pad(B * right, ((0, 0), (1, 0))) + np.pad(B * left, ((0, 0), (0, 1)))
-    return B
+    splines = BSpline(np.arange(-ORDER, ORDER + 2), np.eye(ORDER + 1), ORDER)
+    return np.asarray(splines(x, order) / KNOTS**order)
