@@ -213,8 +213,8 @@ def _unpack(typecode: str, plain: Any, where: str, budget: _Budget) -> array[Any
     if not isinstance(plain, dict) or plain.keys() != {"type", "zlib"}:
         raise InputError("must hold packed numbers", key=where)
     if plain["type"] != typecode or not isinstance(plain["zlib"], str):
-        what = "floats (d)" if typecode == "d" else "indices (i)"
-        raise InputError(f"must hold packed {what}", key=where)
+        content = "floats (d)" if typecode == "d" else "indices (i)"
+        raise InputError(f"must hold packed {content}", key=where)
     samples = array(typecode)
     try:
         _inflate(base64.b64decode(plain["zlib"], validate=True), samples, budget)

@@ -89,9 +89,9 @@ def resisting(robot: Robot) -> Iterator[Finding]:
         if not force.low <= force.high:
             problem = f"limit force: low {force.low!r} is above high {force.high!r}"
             yield error(subject, "limit-force-reversed", problem)
-        for what in ("stiffness_low", "stiffness_high", "damping"):
-            if getattr(force, what) < 0.0:
-                problem = f"limit force: {what} {getattr(force, what)!r} is negative"
+        for parameter in ("stiffness_low", "stiffness_high", "damping"):
+            if getattr(force, parameter) < 0.0:
+                problem = f"limit force: {parameter} {getattr(force, parameter)!r} is negative"
                 yield error(subject, "negative-limit-force", problem)
         if not force.transition > 0.0:
             problem = f"limit force: transition {force.transition!r} must be positive"

@@ -111,10 +111,10 @@ def _mixed_rules(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
             yield error(subject, "bad-wrap-segment", problem)
 
 
-def _coordinate(robot: Robot, subject: Subject, name: str, what: str) -> Iterator[Finding]:
+def _coordinate(robot: Robot, subject: Subject, name: str, label: str) -> Iterator[Finding]:
     known = [c.name for c in robot.all_coordinates]
     if name not in known:
-        problem = f"{what} depends on {unknown('coordinate', name, known)}"
+        problem = f"{label} depends on {unknown('coordinate', name, known)}"
         yield error(subject, "unknown-coordinate", problem)
 
 

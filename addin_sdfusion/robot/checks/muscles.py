@@ -131,7 +131,7 @@ def _sagging(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
     if not law_of(muscle.model).sags:
         return
     points = muscle.via_points
-    other = {
+    features = {
         f"{len(points)} via points": len(points) != 2,
         "wraps": bool(muscle.wraps),
         "a pulley": muscle.pulley is not None,
@@ -139,10 +139,10 @@ def _sagging(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
         "conditional or moving via points": any(p.when is not None or p.moves for p in points),
         "friction": bool(muscle.friction or muscle.bend_friction),
     }
-    found = [what for what, has in other.items() if has]
-    if found:
+    used = [feature for feature, is_used in features.items() if is_used]
+    if used:
         problem = (
-            f"a {muscle.model.kind} hangs between two via points; it cannot have {', '.join(found)}"
+            f"a {muscle.model.kind} hangs between two via points; it cannot have {', '.join(used)}"
         )
         yield error(subject, "heavy-cable-path", problem)
 

@@ -108,9 +108,9 @@ def limits(robot: Robot) -> Iterator[Finding]:
     """Check joint limits and initial values, and that passive parameters are not negative."""
     for c in robot.all_coordinates:
         subject = Subject("coordinate", c.name)
-        for what in ("damping", "stiffness", "friction", "armature"):
-            if getattr(c, what) < 0.0:
-                yield error(subject, f"negative-{what}", f"{what} {getattr(c, what)!r} is negative")
+        for name in ("damping", "stiffness", "friction", "armature"):
+            if getattr(c, name) < 0.0:
+                yield error(subject, f"negative-{name}", f"{name} {getattr(c, name)!r} is negative")
         if not c.max_velocity >= 0.0:
             problem = f"maximum velocity {c.max_velocity!r} must not be negative"
             yield error(subject, "negative-velocity", problem)

@@ -277,13 +277,15 @@ def _require_free_places(
         for file in convert_to(format_, robot, aside).files:
             place = folder / file.relative_to(aside)
             if place.resolve() in inputs:
-                what = "is an input of the conversion and is not overwritten; choose another folder"
-                raise InputError(what, file=place)
+                problem = (
+                    "is an input of the conversion and is not overwritten; choose another folder"
+                )
+                raise InputError(problem, file=place)
             if not overwrite and place.exists() and not _have_equal_contents(place, file):
-                what = (
+                problem = (
                     "already exists with other contents; choose another folder or use --overwrite"
                 )
-                raise InputError(what, file=place)
+                raise InputError(problem, file=place)
 
 
 def _have_equal_contents(first: Path, second: Path) -> bool:

@@ -97,10 +97,10 @@ def of_wraps(has: Callable[[Wrap], Any]) -> Finder:
     return find
 
 
-def other_laws(held: Collection[str]) -> Finder:
-    """Return a finder of muscles whose muscle law is neither `ideal` nor one of `held`."""
+def other_laws(laws: Collection[str]) -> Finder:
+    """Return a finder of muscles whose muscle law is neither `ideal` nor one of `laws`."""
     return of_muscles(
-        lambda m: m.model.kind != "ideal" and m.model.kind not in held and {"kind": m.model.kind}
+        lambda m: m.model.kind != "ideal" and m.model.kind not in laws and {"kind": m.model.kind}
     )
 
 
@@ -321,17 +321,17 @@ NOT_IN_OTHER_SIMULATORS = tuple(
 """Rows for features that neither MuJoCo nor OpenSim has."""
 
 
-def laws_except(held: Collection[str]) -> Row:
-    """Return the row for a format that has only the law `ideal` and the muscle laws `held`."""
-    return omitted(MUSCLE_LAWS, find=other_laws(held), only="except " + ", ".join(held))
+def laws_except(laws: Collection[str]) -> Row:
+    """Return the row for a format that has only the law `ideal` and the muscle laws `laws`."""
+    return omitted(MUSCLE_LAWS, find=other_laws(laws), only="except " + ", ".join(laws))
 
 
-def loops_except(held: Container[str]) -> Row:
-    """Return the row for a format that closes loops only with the joint types in `held`."""
+def loops_except(supported: Container[str]) -> Row:
+    """Return the row for a format that closes loops only with the joint types in `supported`."""
     return omitted(
         LOOPS,
-        find=of_robot(lambda robot: other_loops(robot, held)),
-        only=", ".join(kind for kind in LOOP_TYPES if kind not in held),
+        find=of_robot(lambda robot: other_loops(robot, supported)),
+        only=", ".join(kind for kind in LOOP_TYPES if kind not in supported),
     )
 
 
@@ -371,6 +371,6 @@ def _surfaces_by_rule(muscle: Muscle, rule: str) -> list[str]:
     return [wrap.surface for wrap in muscle.wraps if wrap.rule == rule]
 
 
-def other_loops(robot: Robot, held: Container[str]) -> list[str]:
-    """Return the loop joints whose type is not in `held`."""
-    return [f"{loop.name} ({loop.type})" for loop in robot.loops if loop.type not in held]
+def other_loops(robot: Robot, supported: Container[str]) -> list[str]:
+    """Return the loop joints whose type is not in `supported`."""
+    return [f"{loop.name} ({loop.type})" for loop in robot.loops if loop.type not in supported]

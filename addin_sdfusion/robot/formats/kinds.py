@@ -69,8 +69,8 @@ def robot_file(path: Path) -> Path:
         return path / found[0]
     listing = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
     robots = f"{len(found)} robots ({', '.join(found[:10])})" if found else "no robot"
-    what = f"contains {robots} and no model.sdf (files: {listing or 'none'})"
-    raise InputError(f"{what}; specify the robot file: {ROBOT_PATHS}", file=path)
+    problem = f"contains {robots} and no model.sdf (files: {listing or 'none'})"
+    raise InputError(f"{problem}; specify the robot file: {ROBOT_PATHS}", file=path)
 
 
 def holds_robot(path: Path) -> bool:

@@ -84,11 +84,11 @@ def combine(name: str, members: Sequence[Member]) -> Robot:
     )
 
 
-def _require_unique(what: str, names: Iterable[str]) -> None:
+def _require_unique(kind: str, names: Iterable[str]) -> None:
     seen: set[str] = set()
     for name in names:
         if name in seen:
-            raise InputError(f"two {what} would have the name {name!r}; rename a robot")
+            raise InputError(f"two {kind} would have the name {name!r}; rename a robot")
         seen.add(name)
 
 

@@ -27,8 +27,8 @@ _MAX_UNDERSCORES = 8
 class Names:
     """Generator of unique names, which appends underscores or a number to existing names."""
 
-    def __init__(self, taken: Iterable[str] = ()) -> None:
-        self._taken = set(taken)
+    def __init__(self, used_names: Iterable[str] = ()) -> None:
+        self._taken = set(used_names)
         self._numbers: Counter[str] = Counter()
 
     def unique(self, name: str) -> str:
@@ -73,19 +73,23 @@ class SingleJoint:
         return Joint(name, self.parent, self.child, motions, coordinates, *frames)
 
 
-def single_joints(robot: Robot, *, whole: bool = False) -> list[SingleJoint]:
+def single_joints(robot: Robot, *, keep_functions: bool = False) -> list[SingleJoint]:
     """Return the joints of a robot as chains of single joints, parents first.
 
     Args:
-        whole: Whether all motions keep their functions, including constant ones. Then the main
-            motion of a coordinate has the coordinate's name; other motions are `<joint>_<k>`.
+        keep_functions: Whether all motions keep their functions, including constant ones. Then the
+            main motion of a coordinate has the coordinate's name; others are `<joint>_<k>`.
     """
     links = Names([WORLD, *(link.name for link in robot.links)])
     joints = Names(coordinate.name for coordinate in robot.all_coordinates)
-    return [single for joint in robot.joints for single in _split(joint, links, joints, whole)]
+    return [
+        single for joint in robot.joints for single in _split(joint, links, joints, keep_functions)
+    ]
 
 
-def _split(joint: Joint, links: Names, joints: Names, whole: bool) -> Iterator[SingleJoint]:
+def _split(
+    joint: Joint, links: Names, joints: Names, keep_functions: bool
+) -> Iterator[SingleJoint]:
     parent, T_parent_joint = joint.parent, joint.T_parent_joint
     if not joint.motions:
         name = joints.unique(joint.name)
@@ -94,7 +98,7 @@ def _split(joint: Joint, links: Names, joints: Names, whole: bool) -> Iterator[S
         last = k == len(joint.motions)
         child = joint.child if last else links.unique(f"{joint.name}_{k}")
         T_child_joint = joint.T_child_joint if last else IDENTITY
-        T_joint_zero, moved = (IDENTITY, motion) if whole else _from_zero(motion)
+        T_joint_zero, moved = (IDENTITY, motion) if keep_functions else _from_zero(motion)
         T_parent_joint = (
             T_parent_joint if T_joint_zero == IDENTITY else (compose(T_parent_joint, T_joint_zero))
         )
@@ -103,7 +107,7 @@ def _split(joint: Joint, links: Names, joints: Names, whole: bool) -> Iterator[S
             yield SingleJoint(name, parent, child, T_parent_joint, T_child_joint)
         else:
             coordinate = joint.coordinates[motion.coordinate]
-            is_other = whole and joint.main_motion(motion.coordinate) != k - 1
+            is_other = keep_functions and joint.main_motion(motion.coordinate) != k - 1
             name = joints.unique(f"{joint.name}_{k}") if is_other else coordinate.name
             yield SingleJoint(name, parent, child, T_parent_joint, T_child_joint, moved, coordinate)
         parent, T_parent_joint = child, IDENTITY

@@ -20,19 +20,19 @@ def cardsflow_losses(robot: Robot) -> list[Finding]:
 def _omitted_wraps(robot: Robot) -> Iterator[FeaturePlace]:
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     for muscle in robot.muscles:
-        held = supported_wraps(muscle, surfaces)
-        left = [repr(wrap.surface) for wrap in muscle.wraps if wrap not in held]
+        supported = supported_wraps(muscle, surfaces)
+        left = [repr(wrap.surface) for wrap in muscle.wraps if wrap not in supported]
         if left:
             words = {"count": len(left), "surfaces": ", ".join(left)}
             yield FeaturePlace(Subject("muscle", muscle.name), words)
 
 
-def _surfaces(robot: Robot, *, held: bool) -> Iterator[FeaturePlace]:
+def _surfaces(robot: Robot, *, used: bool) -> Iterator[FeaturePlace]:
     """Report the wrap surfaces that muscles use in cardsflow.xml, or all others."""
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     names = {wrap.surface for muscle in robot.muscles for wrap in supported_wraps(muscle, surfaces)}
     for surface in robot.wrap_surfaces:
-        if held == (surface.name in names) and (not held or any(surface.pose.rpy)):
+        if used == (surface.name in names) and (not used or any(surface.pose.rpy)):
             yield FeaturePlace(Subject("wrap_surface", surface.name))
 
 
@@ -67,14 +67,14 @@ CARDSFLOW = Capabilities(
             features.WRAP_SURFACES,
             "wrap-surfaces-left-out",
             "no muscle in cardsflow.xml uses it; omitted",
-            lambda robot: _surfaces(robot, held=False),
+            lambda robot: _surfaces(robot, used=False),
             only="that no muscle uses",
         ),
         changed(  # rotated cylinders are omitted
             "rotated spheres",
             "sphere-turned-back",
             "cardsflow.xml has no rotated spheres; it defines the side about the link's z axis",
-            lambda robot: _surfaces(robot, held=True),
+            lambda robot: _surfaces(robot, used=True),
         ),
     ),
 )

@@ -94,12 +94,12 @@ def cardsflow_xml(robot: Robot) -> str:
     root = element(None, "cardsflow")
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     for muscle in robot.muscles:
-        held = {wrap.segment: wrap for wrap in supported_wraps(muscle, surfaces)}
+        wraps = {wrap.segment: wrap for wrap in supported_wraps(muscle, surfaces)}
         steps = []
         for i, point in enumerate(muscle.via_points):
             steps.append(_Step(point))
-            if i in held:
-                steps.append(_wrap_step(robot, muscle, held[i], surfaces[held[i].surface]))
+            if i in wraps:
+                steps.append(_wrap_step(robot, muscle, wraps[i], surfaces[wraps[i].surface]))
         _muscle(root, muscle, steps)
     for frame in robot.task_frames:
         end_effector_element(root, frame)

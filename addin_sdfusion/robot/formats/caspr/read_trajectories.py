@@ -84,8 +84,8 @@ def read_trajectories(robot: str | Path) -> tuple[list[Trajectory], list[Finding
             name = node.attribute("id", "")
             try:
                 if name in trajectories:
-                    what = "another trajectory has this name; rename it"
-                    raise InputError(what, file=node.file, line=node.line)
+                    problem = "another trajectory has this name; rename it"
+                    raise InputError(problem, file=node.file, line=node.line)
                 if SPLINES.get(node.tag) == "samples":
                     left -= _samples_file(node).stat().st_size
                 if left < 0:
@@ -100,10 +100,10 @@ def read_trajectories(robot: str | Path) -> tuple[list[Trajectory], list[Finding
 def _ignored(name: str, error: InputError) -> Finding:
     """Return the finding that a trajectory, or the whole file, is ignored."""
     subject = Subject("trajectory", name)
-    what = error.problem.removeprefix(f"{label(subject)}: ")
-    message = (
-        f"{label(subject)}: {what}; omitted" if name else f"{what}; its trajectories are ignored"
-    )
+    problem = error.problem.removeprefix(f"{label(subject)}: ")
+    message = f"{problem}; its trajectories are ignored"
+    if name:
+        message = f"{label(subject)}: {problem}; omitted"
     return Finding("warning", "trajectory-left-out", message, subject, error.file, error.line)
 
 
@@ -120,8 +120,8 @@ def _valid_trajectory(node: Node, space: Space, notes: Notes) -> Trajectory:
 def _nodes(file: Path, notes: Notes) -> dict[Space, list[Node]]:
     root = parse(file, Subject("trajectory", ""), notes)
     if root.tag != "trajectories":
-        what = f"<{root.tag}> is not CASPR's <trajectories>"
-        raise InputError(what, file=file, line=root.line)
+        problem = f"<{root.tag}> is not CASPR's <trajectories>"
+        raise InputError(problem, file=file, line=root.line)
     return {
         space: [node for group in root.all(f"{space}_trajectories") for node in group.all()]
         for space in LETTERS
@@ -134,16 +134,16 @@ def _find_element(groups: dict[Space, list[Node]], name: str, space: Space, file
         key: [node for node in nodes if node.attribute("id", "") == name]
         for key, nodes in groups.items()
     }
-    here = found.pop(space)
-    if len(here) > 1:
-        what = f"trajectory {name!r} appears twice; rename one of them"
-        raise InputError(what, file=file, line=here[1].line)
-    if here:
-        return here[0]
+    elements = found.pop(space)
+    if len(elements) > 1:
+        problem = f"trajectory {name!r} appears twice; rename one of them"
+        raise InputError(problem, file=file, line=elements[1].line)
+    if elements:
+        return elements[0]
     for other, nodes in found.items():
         if nodes:
-            what = f"trajectory {name!r} is in {other} space, not in {space} space"
-            raise InputError(what, file=file, line=nodes[0].line)
+            problem = f"trajectory {name!r} is in {other} space, not in {space} space"
+            raise InputError(problem, file=file, line=nodes[0].line)
     known = [node.attribute("id", "") for node in groups[space]]
     raise UnknownNameError(f"{space} trajectory", name, known, file=file)
 
@@ -151,9 +151,9 @@ def _find_element(groups: dict[Space, list[Node]], name: str, space: Space, file
 def _trajectory(node: Node, space: Space) -> Trajectory:
     name = node.subject.name
     if node.tag not in SPLINES:
-        what = f"trajectory {name!r}: unsupported <{node.tag}>"
+        problem = f"trajectory {name!r}: unsupported <{node.tag}>"
         known = ", ".join(SPLINES)
-        raise InputError(f"{what}; known: {known}", file=node.file, line=node.line)
+        raise InputError(f"{problem}; known: {known}", file=node.file, line=node.line)
     spline = SPLINES[node.tag]
     if spline == "samples":
         time_step, points = read_samples(_samples_file(node))
@@ -170,15 +170,15 @@ def _samples_file(node: Node) -> Path:
     name = node.attribute("filename")
     path = PurePosixPath(name.replace("\\", "/"))
     if not path.name or path.is_absolute() or ".." in path.parts or "\0" in name:
-        what = f"filename {short_repr(name)} must be relative to this folder, without '..'"
-        raise InputError(what, file=node.file, line=node.line)
+        problem = f"filename {short_repr(name)} must be relative to this folder, without '..'"
+        raise InputError(problem, file=node.file, line=node.line)
     file = node.file.parent / path
     if not file.is_file():
-        what = f"trajectory {node.subject.name!r}: file {name!r} does not exist"
-        raise InputError(what, file=node.file, line=node.line)
+        problem = f"trajectory {node.subject.name!r}: file {name!r} does not exist"
+        raise InputError(problem, file=node.file, line=node.line)
     if not lies_in(file, [node.file.parent]):  # FMUs and results would contain its samples
-        what = f"trajectory {node.subject.name!r}: {name!r} {_OUTSIDE}; copy the file here"
-        raise InputError(what, file=node.file, line=node.line)
+        problem = f"trajectory {node.subject.name!r}: {name!r} {_OUTSIDE}; copy the file here"
+        raise InputError(problem, file=node.file, line=node.line)
     return file
 
 

@@ -49,23 +49,23 @@ def _check_sample(
     time = len(points) * time_step
     late = points and point.time <= points[-1].time
     if late or not abs(point.time - time) <= TIME_TOLERANCE:
-        what = f"time {point.time!r} s must be {time!r} s, a multiple of the time step"
-        raise InputError(what, file=file, line=line)
+        problem = f"time {point.time!r} s must be {time!r} s, a multiple of the time step"
+        raise InputError(problem, file=file, line=line)
     size = len(points[0].q if points else point.q)
     for word, values in zip(WORDS[1:], (point.q, point.qd, point.qdd), strict=True):
         if len(values) != size:
-            what = f"{word!r} must have {size} numbers, not {len(values)}"
-            raise InputError(what, file=file, line=line)
+            problem = f"{word!r} must have {size} numbers, not {len(values)}"
+            raise InputError(problem, file=file, line=line)
 
 
 def _sample(text: str, file: Path, line: int) -> TrajectoryPoint:
     tokens = text.strip().split(",")
     places = [i for i, token in enumerate(tokens) if token in WORDS]
     if tuple(tokens[i] for i in places) != WORDS or places[:2] != [0, 2]:
-        what = (
+        problem = (
             f"{short_repr(text)} is not 't,<time>,p,<positions>,v,<velocities>,a,<accelerations>'"
         )
-        raise InputError(what, file=file, line=line)
+        raise InputError(problem, file=file, line=line)
     (time,), p, v, a = (
         tuple(_number(token, file, line) for token in tokens[start + 1 : end])
         for start, end in pairwise([*places, len(tokens)])

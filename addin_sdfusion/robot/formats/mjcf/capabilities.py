@@ -63,11 +63,11 @@ def mesh_rows(files: MeshFiles) -> tuple[Row, ...]:
 
 
 def _coordinates_without_joint(robot: Robot) -> Iterator[FeaturePlace]:
-    made = motion_joints(robot)
+    motions_of = motion_joints(robot)
     for joint in robot.joints:
         homes = {
             motion_joint.coordinate.name
-            for motion_joint in made[joint.name]
+            for motion_joint in motions_of[joint.name]
             if motion_joint.is_home
         }
         for c in joint.coordinates:
@@ -95,10 +95,8 @@ def _motions_as_joints(robot: Robot) -> Iterator[FeaturePlace]:
 
 def _following_motions(robot: Robot) -> Iterator[tuple[str, list[MotionJoint]]]:
     """Yield each joint with the motions that follow one of its coordinates, if any."""
-    for joint, made in motion_joints(robot).items():
-        followers = [
-            motion_joint for motion_joint in made if motion_joint.name and not motion_joint.is_home
-        ]
+    for joint, motions in motion_joints(robot).items():
+        followers = [m for m in motions if m.name and not m.is_home]
         if followers:
             yield joint, followers
 
@@ -160,8 +158,8 @@ def _ended_cylinders(robot: Robot) -> Iterator[FeaturePlace]:
 def _wraps(robot: Robot, *, first: bool) -> Iterator[tuple[Muscle, Wrap]]:
     """Yield the first wraps of all segments, or all other wraps."""
     for muscle in robot.muscles:
-        held = first_wraps(muscle).values()
-        yield from ((muscle, wrap) for wrap in muscle.wraps if (wrap in held) == first)
+        firsts = first_wraps(muscle).values()
+        yield from ((muscle, wrap) for wrap in muscle.wraps if (wrap in firsts) == first)
 
 
 def _second_wraps(robot: Robot) -> Iterator[FeaturePlace]:

@@ -120,8 +120,8 @@ def run_compiler(request: Mapping[str, Any], file: Path) -> dict[str, Any]:
     except subprocess.TimeoutExpired:
         raise InputError(f"compilation in MuJoCo exceeds {MAX_RUN_TIME:g} s", file=file) from None
     except OSError as error:
-        what = f"the MuJoCo compiler cannot be started: {error.strerror or error}"
-        raise InputError(what, file=file) from error
+        problem = f"the MuJoCo compiler cannot be started: {error.strerror or error}"
+        raise InputError(problem, file=file) from error
     if done.returncode == 0 and done.stdout:
         answer: dict[str, Any] = json.loads(done.stdout)
         return answer

@@ -162,17 +162,17 @@ class Document:
 
     def _reject_copies(self) -> None:
         """Record an error if `<replicate>` creates too many elements."""
-        made, inside = 0.0, [(self.root, 1.0)]
+        count, inside = 0.0, [(self.root, 1.0)]
         for event, element in etree.iterwalk(self.root.element, events=("start", "end")):
             if element.tag != "replicate":
-                made += inside[-1][1] if event == "start" and len(inside) > 1 else 0.0
+                count += inside[-1][1] if event == "start" and len(inside) > 1 else 0.0
             elif event == "start":
                 node = self.node(element)
-                count = max(node.number_attribute("count", 0.0), 0.0)
-                inside.append((node, inside[-1][1] * count))
+                copies = max(node.number_attribute("count", 0.0), 0.0)
+                inside.append((node, inside[-1][1] * copies))
             else:
                 inside.pop()
-            if made > MAX_COPIES:
+            if count > MAX_COPIES:
                 problem = f"<replicate> creates more than {MAX_COPIES} elements"
                 inside[1][0].error("too-many-copies", problem)
                 return

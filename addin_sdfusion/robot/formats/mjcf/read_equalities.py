@@ -145,11 +145,11 @@ def _ends(data: Sequence[float], is_point: bool) -> tuple[Pose, Pose]:
     return T_first_second.pose(), Pose(anchor)
 
 
-def _note_exact(nodes: Sequence[Node], what: str) -> None:
+def _note_exact(nodes: Sequence[Node], kind: str) -> None:
     """Report equalities that are soft in MuJoCo."""
     if nodes:
         problem = (
-            f"{len(nodes)} equalities of {what} are exact here; in MuJoCo they are soft springs "
+            f"{len(nodes)} equalities of {kind} are exact here; in MuJoCo they are soft springs "
             "with a time constant"
         )
         nodes[0].warning("exact-equality", problem)

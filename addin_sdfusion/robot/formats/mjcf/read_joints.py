@@ -46,11 +46,11 @@ def _joint(document: Document, compiled: Compiled, body: Row, number: int, names
         elif place != current:
             motions += _shift(subtract(place, current))
         current = place
-        made, of = _motions(document, compiled, row, len(coordinates))
-        if not motions and len(made) == 1 and made[0].function != ITSELF:
-            first, made = _without_offset(made[0])
-        motions += made
-        coordinates += of
+        joint_motions, joint_coordinates = _motions(document, compiled, row, len(coordinates))
+        if not motions and len(joint_motions) == 1 and joint_motions[0].function != ITSELF:
+            first, joint_motions = _without_offset(joint_motions[0])
+        motions += joint_motions
+        coordinates += joint_coordinates
     name = coordinates[0].name if len(coordinates) == 1 else f"{body['name']}_joint"
     return Joint(
         names.unique(name),
@@ -104,9 +104,9 @@ def _coordinate(compiled: Compiled, row: Row, node: Node) -> Coordinate:
     )
 
 
-def _note_polynomial(node: Node, what: str, first: float, others: Sequence[float]) -> None:
+def _note_polynomial(node: Node, label: str, first: float, others: Sequence[float]) -> None:
     if any(others):
-        problem = f"its {what} is a polynomial; only the first coefficient {first:g} is used"
+        problem = f"its {label} is a polynomial; only the first coefficient {first:g} is used"
         node.warning("polynomial-left-out", problem)
 
 

@@ -58,8 +58,8 @@ class MuscleReader:
         self.surfaces: dict[str, WrapSurface] = {}
         self.used_sites: set[int] = set()
         self._tendons = [self._tendon(row) for row in compiled.tendons]
-        held = [row for row in compiled.equalities if is_distance(row, compiled)]
-        self._held = {compiled.tendons[row["obj1id"]]["name"] for row in held}
+        rows = [row for row in compiled.equalities if is_distance(row, compiled)]
+        self._fixed_tendons = {compiled.tendons[row["obj1id"]]["name"] for row in rows}
 
     def read(self) -> tuple[tuple[Muscle, ...], dict[str, Coordinate]]:
         """Return the muscles, and the coordinates with their motors by name.
@@ -128,7 +128,7 @@ class MuscleReader:
         if any(row["stiffnesspoly"]) or any(row["dampingpoly"]) or row["springyield"]:
             problem = "only the first coefficients of its stiffness and damping are used"
             node.warning("polynomial-left-out", problem)
-        if not (tendon.is_driven or tendon.has_spring or tendon.row["name"] in self._held):
+        if not (tendon.is_driven or tendon.has_spring or tendon.row["name"] in self._fixed_tendons):
             name = tendon.muscle.name
             problem = f"tendon {name!r} has no actuator and no spring; omitted"
             node.warning("tendon-left-out", problem)

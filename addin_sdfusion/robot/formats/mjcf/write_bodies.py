@@ -82,12 +82,12 @@ def coordinate_order(robot: Robot) -> list[MotionJoint]:
     children: dict[str, list[Joint]] = {}
     for joint in robot.joints:
         children.setdefault(joint.parent, []).append(joint)
-    made = motion_joints(robot)
+    motions_of = motion_joints(robot)
     order: list[MotionJoint] = []
     waiting = list(reversed(children.get(WORLD, [])))
     while waiting:
         joint = waiting.pop()
-        order += [motion_joint for motion_joint in made[joint.name] if motion_joint.name]
+        order += [motion_joint for motion_joint in motions_of[joint.name] if motion_joint.name]
         waiting += reversed(children.get(joint.child, []))
     return order
 

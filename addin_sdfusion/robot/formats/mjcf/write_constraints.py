@@ -50,21 +50,20 @@ def add_constraints(robot: Robot, root: ElementTree.Element) -> None:
         defaults, "joint", None, **stops, solreffriction=SOLREF_TWO_SIDED, solimpfriction=SOLIMP_MAX
     )
     element(defaults, "equality", solref=SOLREF_TWO_SIDED, solimp=SOLIMP_MAX)
-    held = element(root, "equality")
+    equalities = element(root, "equality")
     order = coordinate_order(robot)
     refs = {motion_joint.name: motion_joint.ref for motion_joint in order}
     for motion_joint in order:
         c = motion_joint.coordinate
         if not motion_joint.is_home:
-            _add_coupling(
-                held, motion_joint.name, c.name, _coefficients(motion_joint.motion.function), refs
-            )
+            powers = _coefficients(motion_joint.motion.function)
+            _add_coupling(equalities, motion_joint.name, c.name, powers, refs)
         elif c.coupling and not c.locked:
             term = c.coupling[0]
-            _add_coupling(held, c.name, term.coordinate, _coefficients(term.function), refs)
+            _add_coupling(equalities, c.name, term.coordinate, _coefficients(term.function), refs)
         elif c.locked or c.lower == c.upper:
             value = (c.initial if c.locked else c.lower) - motion_joint.ref
-            element(held, "joint", joint1=c.name, polycoef=numbers((value, 0, 0, 0, 0)))
+            element(equalities, "joint", joint1=c.name, polycoef=numbers((value, 0, 0, 0, 0)))
 
 
 def is_supported(function: Function) -> bool:
@@ -78,7 +77,7 @@ def _coefficients(function: Function) -> tuple[float, ...]:
 
 
 def _add_coupling(
-    held: ElementTree.Element,
+    equalities: ElementTree.Element,
     name: str,
     leader: str,
     powers: tuple[float, ...],
@@ -87,7 +86,7 @@ def _add_coupling(
     """Add the equality q1 - ref1 = p(q2), with p written in powers of q2 - ref2."""
     shifted = taylor(powers, refs[leader]) if refs[leader] else powers
     values = (shifted[0] - refs[name], *shifted[1:])
-    element(held, "joint", joint1=name, joint2=leader, polycoef=numbers(values))
+    element(equalities, "joint", joint1=name, joint2=leader, polycoef=numbers(values))
 
 
 def has_friction(robot: Robot) -> bool:
@@ -99,10 +98,10 @@ def add_loops(
     robot: Robot, root: ElementTree.Element, bodies: Mapping[str, ElementTree.Element], sites: Names
 ) -> None:
     """Add the equalities of all loop joints that MuJoCo supports, between new sites."""
-    held = [loop for loop in robot.loops if loop.type in LOOPS]
-    equalities = element(root, "equality") if held else root
-    taken = [*(j.name for j in robot.joints), *(loop.name for loop in robot.loops)]
-    names = Names([*taken, *(muscle.name for muscle in robot.muscles)])
+    supported = [loop for loop in robot.loops if loop.type in LOOPS]
+    equalities = element(root, "equality") if supported else root
+    used = [*(j.name for j in robot.joints), *(loop.name for loop in robot.loops)]
+    names = Names([*used, *(muscle.name for muscle in robot.muscles)])
 
     def add_sites(name: str, *ends: tuple[str, Pose]) -> dict[str, str]:
         words = {}
@@ -111,7 +110,7 @@ def add_loops(
             element(bodies[link], "site", None, name=site, **placement(T))
         return words
 
-    for loop in held:
+    for loop in supported:
         if loop.type == "fixed":
             ends = (loop.parent, loop.T_parent_joint), (loop.child, loop.T_child_joint)
             element(equalities, "weld", None, name=loop.name, **add_sites(loop.name, *ends))

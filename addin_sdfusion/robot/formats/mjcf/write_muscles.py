@@ -23,7 +23,7 @@ def muscle_attributes(muscle: Muscle) -> dict[str, str]:
     if p["passive_lmax"]:
         bias[5] = p["passive_lmax"]
     times = ("activation_time_constant", "deactivation_time_constant", "activation_width")
-    kinds = {f"{what}type": "muscle" for what in ("dyn", "gain", "bias")}
+    kinds = {f"{part}type": "muscle" for part in ("dyn", "gain", "bias")}
     return kinds | {
         "dynprm": numbers(p[name] for name in times),
         "gainprm": numbers(gain),

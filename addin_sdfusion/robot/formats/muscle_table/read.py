@@ -78,8 +78,8 @@ class _Reader:
         if not name:
             self.cells.error("missing-name", "has no name")
         elif frame != "link":
-            what = "frame must be link, since positions are in link frames"
-            self.cells.error("bad-frame", f"{what}; not {frame!r}")
+            problem = "frame must be link, since positions are in link frames"
+            self.cells.error("bad-frame", f"{problem}; not {frame!r}")
         elif not self.cells.word("role", role, _ROLES):
             return
         elif role == "via":
@@ -178,8 +178,8 @@ class _Reader:
         for line, wrap in self.wraps.get(muscle, ()):
             if wrap.segment not in index:
                 self.cells.line = line
-                what = f"muscle {muscle!r} has no point {wrap.segment}"
-                self.cells.error("unknown-point", what)
+                problem = f"muscle {muscle!r} has no point {wrap.segment}"
+                self.cells.error("unknown-point", problem)
             else:
                 found.append(replace(wrap, segment=index[wrap.segment]))
         return tuple(found)

@@ -103,9 +103,9 @@ def _coordinates(joint: Node) -> list[Node]:
 
 def _free_joints(bodies: list[Node], joints: list[Joint]) -> list[Joint]:
     carried = {joint.child for joint in joints}
-    taken = [joint.name for joint in joints]
+    used_names = [joint.name for joint in joints]
     named = [body.with_subject(Subject("link", body.attribute("name", ""))) for body in bodies]
-    return [free_joint(body, taken) for body in named if body.subject.name not in carried]
+    return [free_joint(body, used_names) for body in named if body.subject.name not in carried]
 
 
 def _markers(model: Node, frames: Frames) -> list[TaskSet]:

@@ -56,11 +56,11 @@ def write_osim(
 
 
 def _add_constraints(model: ElementTree.Element, robot: Robot) -> None:
-    held = [loop for loop in robot.loops if loop.type in SUPPORTED]
-    if held or any(c.coupling for c in robot.all_coordinates):
+    supported = [loop for loop in robot.loops if loop.type in SUPPORTED]
+    if supported or any(c.coupling for c in robot.all_coordinates):
         constraints = objects(model, "ConstraintSet", "constraintset")
         names = add_couplers(constraints, robot)
-        for loop in held:
+        for loop in supported:
             add_loop(constraints, replace(loop, name=names.unique(loop.name)), names)
 
 

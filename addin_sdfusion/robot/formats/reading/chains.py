@@ -67,8 +67,8 @@ def join_chains(joints: Sequence[Joint], plugins: Sequence[Node]) -> tuple[list[
             used.update(part.name for part in parts)
             places[parts[0].name] = _merge_joints(node, parts)
             inner.update(part.child for part in parts[:-1])
-    kept = [joint for joint in joints if joint.name not in used or joint.name in places]
-    return [places.get(joint.name, joint) for joint in kept], inner
+    remaining = [joint for joint in joints if joint.name not in used or joint.name in places]
+    return [places.get(joint.name, joint) for joint in remaining], inner
 
 
 def _plugin_coordinates(node: Node) -> list[_PluginCoordinate]:

@@ -45,22 +45,22 @@ def fixed_roots(
         model: Element of the robot.
     """
     carried = {joint.child for joint in joints}
-    taken = {joint.name for joint in joints}
-    made: list[Joint] = []
+    used_names = {joint.name for joint in joints}
+    fixed: list[Joint] = []
     for node in links:
-        name = node.attribute("name")
-        if name in carried:
+        link = node.attribute("name")
+        if link in carried:
             continue
-        carried.add(name)
-        joint = f"{WORLD}_to_{name}"
-        while joint in taken:
-            joint += "_"
-        taken.add(joint)
-        node = node.with_subject(Subject("joint", joint)).with_subject(Subject("link", name))
+        carried.add(link)
+        name = f"{WORLD}_to_{link}"
+        while name in used_names:
+            name += "_"
+        used_names.add(name)
+        node = node.with_subject(Subject("joint", name)).with_subject(Subject("link", link))
         node.warning("welded-root", f"has no parent joint; it is fixed to {WORLD!r} at its pose")
-        made.append(Joint(joint, WORLD, name, T_parent_joint=pose(name)))
-    if len(made) > 1:
-        names = ", ".join(repr(joint.child) for joint in made[:10])
-        problem = f"has {len(made)} separate trees, with roots {names}; connect them with joints"
+        fixed.append(Joint(name, WORLD, link, T_parent_joint=pose(link)))
+    if len(fixed) > 1:
+        names = ", ".join(repr(joint.child) for joint in fixed[:10])
+        problem = f"has {len(fixed)} separate trees, with roots {names}; connect them with joints"
         model.warning("several-roots", problem)
-    return made
+    return fixed

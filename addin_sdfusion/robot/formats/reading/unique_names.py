@@ -22,14 +22,14 @@ def with_unique_names(nodes: Sequence[Node], subject: Named) -> list[Node]:
         subject: Function that returns the object with a given name, for warnings.
     """
     names = [node.attribute("name", "") for node in nodes]
-    taken, used = set(names), Counter[str]()
+    names_in_use, counts = set(names), Counter[str]()
     for node, name in zip(nodes, names, strict=True):
-        used[name] += 1
-        if not name or used[name] == 1:
+        counts[name] += 1
+        if not name or counts[name] == 1:
             continue
-        while (new := f"{name}_{used[name]}") in taken:
-            used[name] += 1
-        taken.add(new)
+        while (new := f"{name}_{counts[name]}") in names_in_use:
+            counts[name] += 1
+        names_in_use.add(new)
         node.element.set("name", new)
         about = subject(new)
         problem = f"the name {name!r} is used by an earlier element; this one is renamed to {new!r}"

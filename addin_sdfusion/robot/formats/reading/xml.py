@@ -201,27 +201,27 @@ class Node:
             return None
         return int(child.text)
 
-    def _vector(self, text: str, what: str) -> Vector3:
-        x, y, z = self._numbers(text, what, 3)
+    def _vector(self, text: str, label: str) -> Vector3:
+        x, y, z = self._numbers(text, label, 3)
         return x, y, z
 
     def _numbers(
-        self, text: str, what: str, size: int, infinite: bool = False
+        self, text: str, label: str, size: int, infinite: bool = False
     ) -> tuple[float, ...]:
         words = text.split()
         if len(words) != size:
-            problem = f"{what} {short_repr(text)} must contain {size} numbers, not {len(words)}"
+            problem = f"{label} {short_repr(text)} must contain {size} numbers, not {len(words)}"
             self.error("bad-vector", problem)
             return (0.0,) * size
-        return tuple(self._number(word, what, infinite) for word in words)
+        return tuple(self._number(word, label, infinite) for word in words)
 
-    def _number(self, text: str, what: str, infinite: bool) -> float:
+    def _number(self, text: str, label: str, infinite: bool) -> float:
         sign = INFINITY.fullmatch(text)
         if infinite and sign:
             return -math.inf if sign[1] == "-" else math.inf
         value = float(text) if NUMBER.fullmatch(text) else math.nan
         if not math.isfinite(value):
-            self.error("bad-number", f"{what} {short_repr(text)} is not a finite number")
+            self.error("bad-number", f"{label} {short_repr(text)} is not a finite number")
             return 0.0
         return value
 

@@ -29,22 +29,22 @@ def needs_frame(T_child_joint: Pose) -> bool:
 
 def mesh_names(link: Link) -> list[str]:
     """Return a unique name for each mesh: its name, or a new name if it has none."""
-    taken = {(mesh.role, mesh.name) for mesh in link.meshes}
-    given: set[tuple[str, str]] = set()
+    original = {(mesh.role, mesh.name) for mesh in link.meshes}
+    used: set[tuple[str, str]] = set()
     names = []
     for k, mesh in enumerate(link.meshes):
         name = mesh.name
-        if not name or (mesh.role, name) in given:
+        if not name or (mesh.role, name) in used:
             name = f"{name or link.name}_{k}"
-            while (mesh.role, name) in taken or (mesh.role, name) in given:
+            while (mesh.role, name) in original or (mesh.role, name) in used:
                 name += "_"
-        given.add((mesh.role, name))
+        used.add((mesh.role, name))
         names.append(name)
     return names
 
 
 def shape_names(link: Link) -> list[str]:
     """Return names for the shapes that differ from the names of collision meshes."""
-    taken = {n for m, n in zip(link.meshes, mesh_names(link), strict=True) if m.role == "collision"}
-    free = (name for k in count(1) if (name := f"{link.name}_shape_{k}") not in taken)
+    used = {n for m, n in zip(link.meshes, mesh_names(link), strict=True) if m.role == "collision"}
+    free = (name for k in count(1) if (name := f"{link.name}_shape_{k}") not in used)
     return list(islice(free, len(link.shapes)))

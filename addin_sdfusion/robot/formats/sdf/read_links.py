@@ -60,9 +60,9 @@ def _meshes(link: Node, frames: Frames) -> Iterator[Mesh]:
             if shape.tag == "mesh":
                 yield _mesh(node, shape, frames)
             elif shape.tag != "empty" and not _is_kept(node, shape):
-                kept = "meshes" if node.tag == "visual" else "meshes, boxes, spheres and cylinders"
+                types = "meshes" if node.tag == "visual" else "meshes, boxes, spheres and cylinders"
                 problem = (
-                    f"a {node.tag} of {short_repr(shape.tag)} is omitted; only {kept} are read"
+                    f"a {node.tag} of {short_repr(shape.tag)} is omitted; only {types} are read"
                 )
                 shape.warning("geometry-left-out", problem)
 

@@ -43,7 +43,7 @@ def _loop(joint: Joint, node: Node, carrier: Joint) -> LoopJoint:
         motions = ()
         problem = f"closes a loop, since {carrier.name!r} already moves {joint.child!r}"
         node.warning("loop-joint-held", f"{problem}; its range is 0, so it is read as fixed")
-    lost = [what for what in _WORDS if any(_has_property(c, what) for c in joint.coordinates)]
+    lost = [name for name in _WORDS if any(_has_property(c, name) for c in joint.coordinates)]
     if motions and lost:
         problem = f"closes a loop, so it has no coordinates; its {', '.join(lost)} are omitted"
         node.warning("loop-joint-forces", problem)
@@ -57,7 +57,7 @@ def _loop(joint: Joint, node: Node, carrier: Joint) -> LoopJoint:
 _WORDS = ("limits", "damping", "stiffness", "friction")
 
 
-def _has_property(c: Coordinate, what: str) -> bool:
-    if what == "limits":
+def _has_property(c: Coordinate, name: str) -> bool:
+    if name == "limits":
         return math.isfinite(c.lower) or math.isfinite(c.upper)
-    return bool(getattr(c, what))
+    return bool(getattr(c, name))

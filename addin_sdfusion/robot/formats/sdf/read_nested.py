@@ -117,10 +117,10 @@ def _rename(model: Node) -> None:
                     element.set(key, short[element.get(key, "")])
             if element.tag in ("parent", "child") and (element.text or "").strip() in short:
                 element.text = short[(element.text or "").strip()]
-    taken = sorted({name.partition(_SEPARATOR)[0] for name in short})
-    if taken:
+    models = sorted({name.partition(_SEPARATOR)[0] for name in short})
+    if models:
         example = min(short)
-        named = ", ".join(map(repr, taken[:10]))
+        named = ", ".join(map(repr, models[:10]))
         model.warning(
             "nested-model",
             f"nested models are merged: {named}; {example!r} becomes {short[example]!r}",

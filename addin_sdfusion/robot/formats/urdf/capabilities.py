@@ -54,7 +54,7 @@ def _of_single_joints(has: Callable[[SingleJoint, Coordinate], bool]) -> Finder:
     """Return a finder of coordinates of single joints; `{joint}` is the joint."""
 
     def find(robot: Robot) -> Iterator[FeaturePlace]:
-        for single in single_joints(robot, whole=True):
+        for single in single_joints(robot, keep_functions=True):
             c = single.coordinate
             if c is not None and single.motion is not None and has(single, c):
                 yield FeaturePlace(Subject("coordinate", c.name), {"joint": single.name})

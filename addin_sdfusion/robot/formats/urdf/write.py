@@ -63,7 +63,7 @@ def _needs_more(robot: Robot) -> bool:
 def _extras_text(robot: Robot) -> str:
     """Return the text of the cardsflow.xml."""
     root = element(None, "cardsflow")
-    singles = iter(single_joints(robot, whole=True))
+    singles = iter(single_joints(robot, keep_functions=True))
     joint_elements = {
         joint.name: [next(singles).name for _ in range(max(1, len(joint.motions)))]
         for joint in robot.joints
@@ -75,7 +75,7 @@ def _extras_text(robot: Robot) -> str:
 def _urdf(robot: Robot) -> str:
     root = element(None, "robot", name=robot.name)
     element(root, "link", name=WORLD)
-    singles = single_joints(robot, whole=True)
+    singles = single_joints(robot, keep_functions=True)
     starts = all_values(robot, {c.name: c.initial for c in robot.coordinates})
     links = {link.name for link in robot.links}
     for link in robot.links:

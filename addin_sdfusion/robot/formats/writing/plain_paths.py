@@ -9,33 +9,33 @@ from ...model.muscle import Muscle, ViaPoint
 from ...model.robot import MARKERS, Robot
 
 
-def with_plain_paths(robot: Robot, held: Container[str] = ()) -> Robot:
+def with_plain_paths(robot: Robot, supported: Container[str] = ()) -> Robot:
     """Return the robot with only the path features of a format, and without repeated points.
 
     Two via points at the same position may differ in their conditions, their motion, or their
-    branch. If a format holds none of these, the second point is redundant and is removed.
+    branch. In a format without these, the second point is redundant and is removed.
 
     Args:
-        held: The features among `conditions`, `moves` and `branches` that the format holds.
+        supported: The features among `conditions`, `moves` and `branches` of the format.
     """
     sets = (
-        replace(group, muscles=tuple(_plain_muscle(muscle, held) for muscle in group.muscles))
+        replace(group, muscles=tuple(_plain_muscle(muscle, supported) for muscle in group.muscles))
         for group in robot.cable_sets
     )
     return replace(robot, cable_sets=tuple(sets))
 
 
-def _plain_muscle(muscle: Muscle, held: Container[str]) -> Muscle:
-    points = [_point(point, held) for point in muscle.via_points]
-    branches = muscle.branches if "branches" in held else ()
+def _plain_muscle(muscle: Muscle, supported: Container[str]) -> Muscle:
+    points = [_point(point, supported) for point in muscle.via_points]
+    branches = muscle.branches if "branches" in supported else ()
     begins = {branch.point for branch in branches}
-    places: list[int] = []  # index of each via point among the kept ones
-    kept: list[ViaPoint] = []
+    places: list[int] = []  # index of each via point in the path
+    path: list[ViaPoint] = []
     for k, point in enumerate(points):
-        if not kept or k in begins or replace(point, friction=kept[-1].friction) != kept[-1]:
-            kept.append(point)
-        places.append(len(kept) - 1)
-    if len(kept) == len(points):
+        if not path or k in begins or replace(point, friction=path[-1].friction) != path[-1]:
+            path.append(point)
+        places.append(len(path) - 1)
+    if len(path) == len(points):
         return replace(muscle, via_points=tuple(points), branches=branches)
     wraps = (
         replace(
@@ -46,12 +46,12 @@ def _plain_muscle(muscle: Muscle, held: Container[str]) -> Muscle:
         for wrap in muscle.wraps
     )
     branches = tuple(replace(branch, point=places[branch.point]) for branch in branches)
-    return replace(muscle, via_points=tuple(kept), wraps=tuple(wraps), branches=branches)
+    return replace(muscle, via_points=tuple(path), wraps=tuple(wraps), branches=branches)
 
 
-def _point(point: ViaPoint, held: Container[str]) -> ViaPoint:
-    when = point.when if "conditions" in held else None
-    return replace(point, when=when, moves=point.moves if "moves" in held else ())
+def _point(point: ViaPoint, supported: Container[str]) -> ViaPoint:
+    when = point.when if "conditions" in supported else None
+    return replace(point, when=when, moves=point.moves if "moves" in supported else ())
 
 
 def with_markers(robot: Robot) -> Robot:

@@ -81,9 +81,9 @@ def _couple(node: Node, known: dict[str, Coordinate]) -> None:
     )
     coordinate = known[dependent]
     if coordinate.locked or coordinate.coupling:
-        held = "locked" if coordinate.locked else "coupled by an earlier one"
+        state = "locked" if coordinate.locked else "coupled by an earlier one"
         node.warning(
-            "coupler-left-out", f"{dependent!r} is already {held}; this coupler is omitted"
+            "coupler-left-out", f"{dependent!r} is already {state}; this coupler is omitted"
         )
         return
     lower, upper = -math.inf, math.inf  # the limits of the leading coordinates apply

@@ -43,15 +43,15 @@ def read_document(file: Path, notes: Notes) -> Node:
         raise InputError(f"<{root.tag}> is not <OpenSimDocument>", file=file, line=root.line)
     version = root.attribute("Version", "0")
     if not version.isascii() or not version.isdigit() or int(version[:9]) < OLDEST:
-        what = (
+        problem = (
             f"has the OpenSim format {version[:20]!r}, which is not supported; open it in OpenSim "
             f"4 and save it there, which writes format {OLDEST} or newer"
         )
-        raise InputError(what, file=file, line=root.line)
+        raise InputError(problem, file=file, line=root.line)
     models = root.all("Model", "ModelComponentSet")
     if len(models) != 1 or models[0].tag != "Model":
-        what = f"contains {len(root.all('Model'))} models, not one"
-        raise InputError(what, file=file, line=root.line)
+        problem = f"contains {len(root.all('Model'))} models, not one"
+        raise InputError(problem, file=file, line=root.line)
     model = models[0]
     _sort_components(model)
     return model.with_subject(Subject("robot", model.attribute("name", "") or file.stem))

@@ -43,8 +43,8 @@ def with_joint_forces(joints: Sequence[Joint], forces: Sequence[Node]) -> list[J
 def _motor(node: Node, c: Coordinate) -> Coordinate:
     """Return a coordinate with a motor; several motors become one with the sum of the torques."""
     if not c.is_free:
-        what = "locked" if c.locked else "coupled to another"
-        problem = f"coordinate {c.name!r} is {what}; its motor {node.attribute('name', '')!r}"
+        state = "locked" if c.locked else "coupled to another"
+        problem = f"coordinate {c.name!r} is {state}; its motor {node.attribute('name', '')!r}"
         node.warning("motor-left-out", f"{problem} is omitted")
         return c
     scale = node.number("optimal_force", 1.0)

@@ -114,18 +114,18 @@ def read_joint(node: Node, frames: Frames) -> Joint:
     )
 
 
-def free_joint(link: Node, taken: Sequence[str]) -> Joint:
+def free_joint(link: Node, used_names: Sequence[str]) -> Joint:
     """Return the joint of a body without a parent joint: as in OpenSim, it moves freely."""
-    name = link.subject.name
-    joint = f"{name}_free"
-    while joint in taken:
-        joint += "_"
+    link_name = link.subject.name
+    name = f"{link_name}_free"
+    while name in used_names:
+        name += "_"
     link.warning(
         "freed-body", "has no parent joint; it moves freely relative to the ground, as in OpenSim"
     )
     motions = tuple(Motion(*move) for move in CLASSES["FreeJoint"])
-    made = Joint(joint, WORLD, name, motions)
-    return replace(made, coordinates=_unlisted_coordinates(joint, motions, ()))
+    joint = Joint(name, WORLD, link_name, motions)
+    return replace(joint, coordinates=_unlisted_coordinates(name, motions, ()))
 
 
 def _units(motions: Sequence[Motion], count: int) -> list[str]:

@@ -144,7 +144,7 @@ def _schuttes_times(node: Node) -> dict[str, float]:
 def _note_other_curves(node: Node, f_max: float) -> None:
     """Report curves that differ from the muscle law, with the difference in force."""
     by_name = {child.attribute("name", ""): child for child in node.all("SimmSpline")}
-    for name, ours in SCHUTTES_CURVES.items():
+    for name, curve in SCHUTTES_CURVES.items():
         if name not in by_name:
             problem = f"no {name}: OpenSim uses another curve; the curve of the wrist model is used"
             node.warning("muscle-curves", problem)
@@ -157,7 +157,7 @@ def _note_other_curves(node: Node, f_max: float) -> None:
             by_name[name].error("bad-function", f"its {name}: {fault}")
         at = [low + k / 200 * (high - low) for k in range(201)]
         off = max(
-            abs(sum(function.value(f, x) for f in terms) - function.value(ours, x)) for x in at
+            abs(sum(function.value(f, x) for f in terms) - function.value(curve, x)) for x in at
         )
         if off > CURVE_TOLERANCE:
             problem = (
@@ -177,4 +177,4 @@ def _implied_stiffnesses(values: Mapping[str, float]) -> dict[str, float]:
 
 def _read_properties(node: Node, names: Mapping[str, str]) -> dict[str, float]:
     """Return the parameters of an element, by their names in our muscle law."""
-    return {ours: node.number(theirs) for ours, theirs in names.items() if node.is_given(theirs)}
+    return {name: node.number(tag) for name, tag in names.items() if node.is_given(tag)}

@@ -35,8 +35,8 @@ def geometry_path(node: Node) -> Node | None:
         for path in holder.all("GeometryPath"):
             return path
     others = [child.tag for child in node.all() if child.tag.endswith("Path")]
-    what = f"a <{others[0]}>" if others else "no <GeometryPath>"
-    problem = f"has {what}; only paths through points are supported; omitted"
+    element = f"a <{others[0]}>" if others else "no <GeometryPath>"
+    problem = f"has {element}; only paths through points are supported; omitted"
     node.warning("muscle-left-out", problem)
     return None
 

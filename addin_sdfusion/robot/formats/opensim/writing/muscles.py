@@ -170,9 +170,9 @@ def changed_parameters(muscle: Muscle) -> dict[str, object]:
     kind = muscle.model.kind
     if kind not in CLASSES:
         return {}
-    ours = law_parameters(muscle.model)
-    theirs = opensim_parameters(kind, ours)
-    changed = [f"{name} {theirs[name]:g}" for name in ours if ours[name] != theirs[name]]
+    values = law_parameters(muscle.model)
+    written = opensim_parameters(kind, values)
+    changed = [f"{n} {written[n]:g}" for n in values if values[n] != written[n]]
     return {"class": CLASSES[kind], "values": ", ".join(changed)} if changed else {}
 
 
@@ -180,15 +180,15 @@ def ignored_damping(muscle: Muscle) -> dict[str, object]:
     """Return the class of a muscle and its fibre damping if OpenSim ignores it, for messages."""
     if muscle.model.kind != "hill_degroote2016":
         return {}
-    ours = law_parameters(muscle.model)
-    if not (ours["elastic_tendon"] and ours["fibre_damping"]):
+    parameters = law_parameters(muscle.model)
+    if not (parameters["elastic_tendon"] and parameters["fibre_damping"]):
         return {}
-    return {"class": CLASSES[muscle.model.kind], "damping": ours["fibre_damping"]}
+    return {"class": CLASSES[muscle.model.kind], "damping": parameters["fibre_damping"]}
 
 
-def opensim_parameters(kind: str, ours: Mapping[str, float]) -> dict[str, float]:
+def opensim_parameters(kind: str, parameters: Mapping[str, float]) -> dict[str, float]:
     """Return the parameters with values that OpenSim accepts or actually uses."""
-    values = dict(ours)
+    values = dict(parameters)
     if kind == "hill_thelen2003":
         values["elastic_tendon"] = 1.0
         values["minimum_activation"] = max(values["minimum_activation"], MIN_ACTIVATION)
@@ -218,5 +218,5 @@ def millards_stiffnesses(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def _properties(node: ElementTree.Element, names: Names, values: Mapping[str, float]) -> None:
-    for name, theirs in names.items():
-        element(node, theirs, values[name])
+    for name, tag in names.items():
+        element(node, tag, values[name])

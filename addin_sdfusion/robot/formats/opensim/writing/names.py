@@ -75,13 +75,13 @@ def _renamings(robot: Robot) -> dict[str, Renaming]:
     }
 
 
-def _legal(names: Iterable[str], taken: Iterable[str]) -> Renaming:
+def _legal(names: Iterable[str], used_names: Iterable[str]) -> Renaming:
     """Return a legal name for each name; names that are already legal do not change."""
     safe = {name: ILLEGAL.sub("_", name) for name in names}
-    free = Names(taken)
-    kept = [name for name, legal in safe.items() if name == legal]
+    free = Names(used_names)
+    unchanged = [name for name, legal in safe.items() if name == legal]
     changed = [name for name, legal in safe.items() if name != legal]
-    return {name: free.unique(safe[name]) for name in (*kept, *changed)}
+    return {name: free.unique(safe[name]) for name in (*unchanged, *changed)}
 
 
 def _with_legal_sets(robot: Robot, renaming: dict[str, Renaming], links: Renaming) -> Robot:
