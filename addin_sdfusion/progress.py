@@ -20,5 +20,5 @@ class Cancelled(CardsflowError):  # noqa: N818 - an event, not an error
         super().__init__("cancelled; nothing was changed")
 
 
-def no_progress(done: int, whole: int, what: str) -> None:
+def no_progress(done: int, total: int, step: str) -> None:
     """Ignore the progress."""

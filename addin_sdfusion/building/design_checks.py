@@ -40,12 +40,12 @@ def body_findings(snapshot: DesignSnapshot, links: Links) -> Iterator[Finding]:
     for path in sorted(outside):
         names = sorted(body.name for body in snapshot.bodies if body.occurrence == path)
         where = "the root component" if path == ROOT else "it"
-        what = (
+        target = (
             f"a rigid group {LINK_PREFIX}<link>"
             if links.from_groups
             else "a component that is a link"
         )
-        problem = f"bodies {listed(names)} of {where} are not exported; move them into {what}"
+        problem = f"bodies {listed(names)} of {where} are not exported; move them into {target}"
         subject = Subject("occurrence", path) if path else Subject("design", snapshot.name)
         yield warning(subject, "body-in-no-link", problem)
     hidden: dict[str, list[str]] = {}

@@ -42,8 +42,8 @@ def _equal_names(settings: ExportSettings, links: Collection[str]) -> Iterator[F
     for link, name in names.items():
         others = [other for other in links if other != link and names.get(other, other) == name]
         if name != link and link in links and (others or name == WORLD):
-            what = "is reserved" if name == WORLD else f"is also the name of link {others[0]!r}"
-            problem = f"its exported name {name!r} {what}; choose another one in Export"
+            reason = "is reserved" if name == WORLD else f"is also the name of link {others[0]!r}"
+            problem = f"its exported name {name!r} {reason}; choose another one in Export"
             yield error(Subject("link", link), "bad-setting", problem)
 
 
@@ -84,10 +84,10 @@ def _apply(c: Coordinate, chosen: JointSettings | None) -> Coordinate:
 
 
 def _invalid_settings(
-    kind: str, chosen: Sequence[LinkSettings | JointSettings], names: Collection[str]
+    kind: str, settings: Sequence[LinkSettings | JointSettings], names: Collection[str]
 ) -> Iterator[Finding]:
     """Yield findings on settings of unknown links or joints and on invalid values."""
-    for each in chosen:
+    for each in settings:
         name = each.link if isinstance(each, LinkSettings) else each.joint
         if name not in names:
             problem = f"{unknown(kind, name, sorted(names))}; its settings are ignored"
@@ -97,8 +97,8 @@ def _invalid_settings(
                 problem = f"its mass must be above 0 kg, not {each.mass:g}; choose it in Export"
                 yield error(Subject(kind, name), "bad-setting", problem)
             continue
-        for what in ("effort", "damping", "friction", "velocity"):
-            value = getattr(each, what)
+        for quantity in ("effort", "damping", "friction", "velocity"):
+            value = getattr(each, quantity)
             if value is not None and not 0.0 <= value < math.inf:
-                problem = f"its {what} must be 0 or above, not {value:g}; choose it in Export"
+                problem = f"its {quantity} must be 0 or above, not {value:g}; choose it in Export"
                 yield error(Subject(kind, name), "bad-setting", problem)

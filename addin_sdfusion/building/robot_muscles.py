@@ -123,15 +123,15 @@ class _Muscles:
     def _local(self, link: str, position: Vector3) -> Vector3:
         return tidy(self._T_link_world[link].apply(position))
 
-    def _unknown_link(self, subject: Subject, what: str, link: str) -> None:
+    def _unknown_link(self, subject: Subject, label: str, link: str) -> None:
         alike = [name for name in self._links if name.casefold() == link.casefold()]
         if link in self._suppressed:
-            why = f"the rigid group of link {link!r} is suppressed; unsuppress it."
+            reason = f"the rigid group of link {link!r} is suppressed; unsuppress it."
         elif alike:
-            why = f"no link {link!r}; names are case-sensitive, did you mean {alike[0]!r}?"
+            reason = f"no link {link!r}; names are case-sensitive, did you mean {alike[0]!r}?"
         else:
-            why = f"{unknown('link', link, [*self._links, WORLD])}."
-        problem = f"{what} cannot be exported: {why} Choose its link in Define muscles"
+            reason = f"{unknown('link', link, [*self._links, WORLD])}."
+        problem = f"{label} cannot be exported: {reason} Choose its link in Define muscles"
         self._findings.append(error(subject, "unknown-link", problem))
 
     def _segments(

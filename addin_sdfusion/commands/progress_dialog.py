@@ -18,20 +18,20 @@ class ProgressDialog:
         self._cancellable = cancellable
         self._dialog: Any = None
 
-    def __call__(self, done: int, whole: int, what: str) -> None:
+    def __call__(self, done: int, total: int, step: str) -> None:
         """Show the progress.
 
         Raises:
             Cancelled: The user pressed Cancel.
         """
-        whole = max(whole, 1)  # Fusion rejects a dialog without a range
+        total = max(total, 1)  # Fusion rejects a dialog without a range
         if self._dialog is None:
             self._dialog = application().userInterface.createProgressDialog()
             self._dialog.isCancelButtonShown = self._cancellable
-            self._dialog.show(self._title, what, 0, whole, 0)
-        self._dialog.maximumValue = whole
-        self._dialog.progressValue = min(max(done, 0), whole)
-        self._dialog.message = what or self._title
+            self._dialog.show(self._title, step, 0, total, 0)
+        self._dialog.maximumValue = total
+        self._dialog.progressValue = min(max(done, 0), total)
+        self._dialog.message = step or self._title
         adsk.doEvents()
         if self._dialog.wasCancelled:
             raise Cancelled

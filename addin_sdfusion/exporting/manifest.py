@@ -96,5 +96,5 @@ def require_inside(path: Any, file: Path) -> str:
 
 def damaged_file_error(file: Path) -> InputError:
     """Return the error for a damaged file of the exporter."""
-    what = "is damaged, so the files of the earlier export are unknown; export into a new folder"
-    return InputError(what, file=file)
+    problem = "is damaged, so the files of the earlier export are unknown; export into a new folder"
+    return InputError(problem, file=file)

@@ -37,8 +37,8 @@ def require_folder(folder: str | Path) -> Path:
     if not folder.name:
         raise InputError("is a drive; specify a folder on it", file=folder)
     if is_unsafe_name(folder.name):
-        what = "has a name that some operating systems reject; choose another name"
-        raise InputError(what, file=folder)
+        problem = "has a name that some operating systems reject; choose another name"
+        raise InputError(problem, file=folder)
     if folder.is_symlink():
         raise InputError("is a link; specify its target folder", file=folder)
     if folder.exists() and not folder.is_dir():
@@ -57,7 +57,7 @@ def folder_replacement(folder: str | Path) -> Iterator[Replacement]:
         MachineError: The disk is full.
     """
     folder = require_folder(folder)
-    made = [path for path in (folder, *folder.parents) if not path.exists()]  # innermost first
+    created = [path for path in (folder, *folder.parents) if not path.exists()]  # innermost first
     part = folder / PART
     try:
         _prepare(folder, part)
@@ -71,7 +71,7 @@ def folder_replacement(folder: str | Path) -> Iterator[Replacement]:
             raise kind(error.problem, file=folder) from error
         raise
     finally:
-        _tidy(part, made)
+        _tidy(part, created)
 
 
 def _prepare(folder: Path, part: Path) -> None:

@@ -95,7 +95,7 @@ class _DesignReader:
         self._progress = progress
         self._notes = Notes(log)
         self._subject = Subject("design", "design")
-        self._done, self._whole = 0, 1
+        self._done, self._total = 0, 1
 
     def read(self, meshes: bool) -> DesignSnapshot:
         """Return the snapshot of the design."""
@@ -104,7 +104,7 @@ class _DesignReader:
         settings = self._settings(attributes)
         root = notes.attempt(self._subject, "root component", lambda: design.rootComponent)
         occurrences = {} if root is None else find_occurrences(root, notes)
-        self._whole = sum(1 + count_bodies(occurrence) for occurrence in occurrences.values())
+        self._total = sum(1 + count_bodies(occurrence) for occurrence in occurrences.values())
         mesher = Mesher(settings.quality, notes) if meshes else None
         weigher = Weigher(occurrences) if self._masses else None
         parts, bodies = self._parts(occurrences, mesher, weigher)
@@ -214,10 +214,10 @@ class _DesignReader:
         read = [instances.surface(surface) for surface in read]
         return tuple(sorted(read, key=lambda s: (natural_key(s.occurrence), natural_key(s.entity))))
 
-    def _read_all(self, what: str, occurrence: Occurrence, found: Iterator[Item]) -> list[Item]:
+    def _read_all(self, label: str, occurrence: Occurrence, found: Iterator[Item]) -> list[Item]:
         """Return all items found in an occurrence before an unexpected error, if any."""
         read: list[Item] = []
-        self._notes.attempt(occurrence.subject, what, read.extend, found)
+        self._notes.attempt(occurrence.subject, label, read.extend, found)
         return read
 
     def _settings(self, attributes: Mapping[str, str]) -> ExportSettings:
@@ -250,8 +250,8 @@ class _DesignReader:
         document = optional(lambda: str(self._design.parentDocument.name))
         return SourceSnapshot("Fusion", version or "", document or "")
 
-    def _tick(self, what: str) -> None:
-        self._progress(min(self._done, self._whole), self._whole, what)
+    def _tick(self, step: str) -> None:
+        self._progress(min(self._done, self._total), self._total, step)
         self._done += 1
 
 

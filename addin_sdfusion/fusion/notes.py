@@ -38,7 +38,7 @@ class Notes:
     def attempt(
         self,
         subject: Subject,
-        what: str,
+        label: str,
         work: Callable[..., Result],
         *arguments: Any,
         severity: Severity = "error",
@@ -48,7 +48,7 @@ class Notes:
 
         Args:
             subject: The object that is read.
-            what: Name of the property that is read, such as `mass`.
+            label: Name of the property that is read, such as `mass`.
             work: Function that reads the property.
             arguments: Arguments of the function.
             severity: Severity of the finding.
@@ -62,8 +62,8 @@ class Notes:
         except Cancelled:
             raise
         except Exception as error:
-            self.trace(f"{subject.kind} {subject.name}: {what}")
-            problem = f"its {what} cannot be read ({error}). {todo}"
+            self.trace(f"{subject.kind} {subject.name}: {label}")
+            problem = f"its {label} cannot be read ({error}). {todo}"
             self.add(severity, subject, "not-read", f"{subject.kind} {subject.name!r}: {problem}")
             return None
 
@@ -88,7 +88,7 @@ def optional(read: Callable[[], Result]) -> Result | None:
 
 
 def items(
-    collection: Callable[[], Any], notes: Notes, subject: Subject, what: str
+    collection: Callable[[], Any], notes: Notes, subject: Subject, label: str
 ) -> Iterator[Any]:
     """Yield the items of a collection of the API; items that cannot be read are skipped.
 
@@ -96,17 +96,17 @@ def items(
         collection: Function that returns the collection; called once.
         notes: Collector of findings.
         subject: Owner of the collection.
-        what: Name of the items, such as `joints`.
+        label: Name of the items, such as `joints`.
     """
-    held = notes.attempt(subject, what, collection)
-    if held is None:
+    collected = notes.attempt(subject, label, collection)
+    if collected is None:
         return
     try:
-        found = list(held)
+        found = list(collected)
     except Cancelled:
         raise
     except Exception:  # an item fails: read the items one by one
-        count = notes.attempt(subject, what, lambda: int(held.count)) or 0
-        tried = (notes.attempt(subject, what, held.item, i) for i in range(count))
+        count = notes.attempt(subject, label, lambda: int(collected.count)) or 0
+        tried = (notes.attempt(subject, label, collected.item, i) for i in range(count))
         found = [item for item in tried if item is not None]
     yield from found

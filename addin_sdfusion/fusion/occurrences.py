@@ -164,9 +164,9 @@ def each_in(
     occurrence: Occurrence, collection: Callable[[], Any], notes: Notes, kind: str
 ) -> Iterator[tuple[Any, str, Any]]:
     """Yield native entity, name and proxy of every item of a collection of the component."""
-    what = "bodies" if kind == "body" else f"{kind}s"
-    for native in items(collection, notes, occurrence.subject, what):
-        name = notes.attempt(occurrence.subject, f"{what}' names", name_of, native)
+    label = "bodies" if kind == "body" else f"{kind}s"
+    for native in items(collection, notes, occurrence.subject, label):
+        name = notes.attempt(occurrence.subject, f"{label}' names", name_of, native)
         if name is None:
             continue
         subject = subject_in(occurrence, kind, name)

@@ -75,8 +75,8 @@ class _Reader:
         elif role is None:
             self.cells.error("bad-role", f"role must be via, task or marker, not {given!r}")
         elif cells.get("frame"):
-            what = "positions must be in the root frame, and the column frame empty"
-            self.cells.error("bad-frame", f"{what}; tables next to robot files use link frames")
+            problem = "positions must be in the root frame, and the column frame empty"
+            self.cells.error("bad-frame", f"{problem}; tables next to robot files use link frames")
         elif role == "via":
             self.muscles.read(name, cells)
         else:

@@ -179,9 +179,9 @@ def _without_copies(
             continue
         kept.append((point, use))
         if point.lost and not point.lost.startswith(_SEVERAL):
-            what = f"point {use.number} of muscle {use.muscle!r}" if use.muscle else point.name
+            label = f"point {use.number} of muscle {use.muscle!r}" if use.muscle else point.name
             message = (
-                f"{what} is not found: {point.lost}. It is kept; repair the design, or pick the "
+                f"{label} is not found: {point.lost}. It is kept; repair the design, or pick the "
                 "point again and delete the old one in Define muscles"
             )
             findings.append(finding("error", "lost-point", message, "point", point.name))

@@ -33,19 +33,19 @@ def stored_point(
         name: Name of the point.
         findings: List to which findings are appended.
     """
-    what = f"the attribute of construction point {name!r}"
+    label = f"the attribute of construction point {name!r}"
     todo = "pick it again in Define muscles"
-    return _read_attribute(read_point, attributes, POINT, (what, todo), ("point", name), findings)
+    return _read_attribute(read_point, attributes, POINT, (label, todo), ("point", name), findings)
 
 
 def stored_surface(
     attributes: Mapping[str, str], where: str, findings: list[Finding]
 ) -> SurfaceUse | None:
     """Return the stored use of a face; None if it is missing or cannot be read."""
-    what = f"the attribute of a wrap face of {where!r}"
+    label = f"the attribute of a wrap face of {where!r}"
     todo = "pick the face again in Define muscles"
     return _read_attribute(
-        read_wrap, attributes, WRAP, (what, todo), ("occurrence", where), findings
+        read_wrap, attributes, WRAP, (label, todo), ("occurrence", where), findings
     )
 
 
@@ -79,11 +79,11 @@ def _bad_muscles(error: InputError, design: str) -> Finding:
     return finding("error", "bad-attribute", message, "design", design)
 
 
-def newer_record(what: str, extra: Mapping[str, str], subject: tuple[str, str]) -> Finding:
+def newer_record(label: str, extra: Mapping[str, str], subject: tuple[str, str]) -> Finding:
     """Return a warning about a record of a newer version."""
     keys = ", ".join(sorted(extra.keys() - {"version"})) or "none"
     message = (
-        f"{what} was stored by a newer version of the add-in; unknown keys are kept but not used: "
+        f"{label} was stored by a newer version of the add-in; unknown keys are kept but not used: "
         f"{keys}. Update the add-in"
     )
     return finding("warning", "newer-record", message, *subject)
@@ -109,8 +109,8 @@ def _read_attribute(
                 findings.append(new)
         return record
     except InputError as error:
-        what, todo = text
-        message = f"{what} cannot be read ({error}); {todo}"
+        label, todo = text
+        message = f"{label} cannot be read ({error}); {todo}"
         new = finding("error", "bad-attribute", message, *subject)
         if new not in findings:  # all occurrences of a component have the same points
             findings.append(new)

@@ -174,9 +174,9 @@ def _joint_outside_links(
     subject: Subject, joint: JointSnapshot, links: Links, one: bool
 ) -> Finding:
     path = joint.one if one else joint.two
-    what = f"rigid group {LINK_PREFIX}<link>" if links.from_groups else "link"
+    owner = f"rigid group {LINK_PREFIX}<link>" if links.from_groups else "link"
     problem = (
-        f"is not exported: component {path!r} does not belong to a {what}; move it into the link "
+        f"is not exported: component {path!r} does not belong to a {owner}; move it into the link "
         "that it moves with"
     )
     return warning(subject, "joint-outside-links", problem)

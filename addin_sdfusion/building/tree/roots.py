@@ -66,17 +66,19 @@ def find_roots(
             firsts = list({bodies.find(link): link for link in reversed(firm)}.values())
             roots[k] = next((link for link in candidates if link in grounded), candidates[0])
             if len(firsts) > 1:
-                what = f"links {listed(in_name_order(firsts))} of one tree are fixed to the world"
-                findings.append(_several_bases_error(subject, what))
+                problem = (
+                    f"links {listed(in_name_order(firsts))} of one tree are fixed to the world"
+                )
+                findings.append(_several_bases_error(subject, problem))
     if not roots:
         return _ungrounded_roots(parts, between, settings, subject)
     loose = [part for k, part in enumerate(parts) if k not in roots]
     findings += [_unconnected_error(part) for part in loose]
     base = next((r for r in roots.values() if r == settings.base), "")
     if not base and not settings.fixed_base and len(roots) > 1:
-        what = f"links {listed(in_name_order(roots.values()))} are fixed to the world"
+        problem = f"links {listed(in_name_order(roots.values()))} are fixed to the world"
         findings.append(
-            _several_bases_error(subject, f"{what} in separate trees, but the base must float")
+            _several_bases_error(subject, f"{problem} in separate trees, but the base must float")
         )
     ordered = sorted(in_name_order(roots.values()), key=lambda link: link != base)
     floating = "" if settings.fixed_base else ordered[0]
@@ -141,9 +143,9 @@ def _ignored_grounds(
     return [warning(Subject("link", link), "ground-ignored", problem) for link in others]
 
 
-def _several_bases_error(subject: Subject, what: str) -> Finding:
-    problem = f"{what}; ground only one and connect the others, or choose the base in Export"
-    return error(subject, "several-bases", problem)
+def _several_bases_error(subject: Subject, problem: str) -> Finding:
+    message = f"{problem}; ground only one and connect the others, or choose the base in Export"
+    return error(subject, "several-bases", message)
 
 
 def _unconnected_error(part: Sequence[str]) -> Finding:

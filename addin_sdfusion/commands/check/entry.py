@@ -139,8 +139,8 @@ def summary(findings: list[Finding]) -> str:
     return f"{counts} Errors must be fixed before the export." if errors else counts
 
 
-def _count(number: int, what: str) -> str:
-    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
+def _count(number: int, noun: str) -> str:
+    return f"{number or 'no'} {noun}{'' if number == 1 else 's'}"
 
 
 def _point_camera(entities: list[Any]) -> None:

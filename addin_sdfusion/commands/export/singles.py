@@ -32,12 +32,12 @@ def link_rows(settings: ExportSettings, links: Sequence[str]) -> list[tuple[Cell
 
 def joint_rows(settings: ExportSettings, joints: Sequence[str]) -> list[tuple[Cell, ...]]:
     """Return a table row for each coordinate of a joint."""
-    chosen = {each.joint: each for each in settings.of_joints}
+    by_joint = {each.joint: each for each in settings.of_joints}
     rows: list[tuple[Cell, ...]] = []
     for name in joints:
-        joint = chosen.get(name, JointSettings(name))
+        joint = by_joint.get(name, JointSettings(name))
         direction = Cell(_DIRECTIONS[joint.reversed], _DIRECTIONS)
-        numbers = (_cell(getattr(joint, what)) for what in _OF_JOINTS)
+        numbers = (_cell(getattr(joint, quantity)) for quantity in _OF_JOINTS)
         rows.append((Cell(name), *numbers, direction))
     return rows
 

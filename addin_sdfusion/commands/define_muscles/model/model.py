@@ -118,14 +118,14 @@ class MuscleModel:
         """Restore the state before the last undo."""
         self._restore(self._undone, self._past, "redone")
 
-    def _restore(self, source: list[_State], target: list[_State], what: str) -> None:
+    def _restore(self, source: list[_State], target: list[_State], action: str) -> None:
         self._typed = ""
         if not source:
-            raise InputError(f"Nothing can be {what} in this dialog.")
+            raise InputError(f"Nothing can be {action} in this dialog.")
         target.append(self._state())
         self.table, self.muscle, self.wrap = source.pop()
         self.insert_at = None
-        self.message = f"The last edit is {what}; {len(source)} more can be {what}."
+        self.message = f"The last edit is {action}; {len(source)} more can be {action}."
 
     def _state(self) -> _State:
         return _State(self.table, self.muscle, self.wrap)

@@ -47,37 +47,37 @@ def _picked_row(model: MuscleModel, role: Role, pick: Pick, **more: Any) -> Poin
     return PointRow(role, link, occurrence=path, position=pick.position, entity=entity, **more)
 
 
-def edit_point(model: MuscleModel, what: str, index: int) -> int:
+def edit_point(model: MuscleModel, edit: str, index: int) -> int:
     """Handle a button below the table of points.
 
     Args:
-        what: `up`, `down`, `insert`, `duplicate` or `delete`.
+        edit: `up`, `down`, `insert`, `duplicate` or `delete`.
         index: Index of the selected point, or -1.
 
     Returns:
         Index of the newly selected point, or -1.
     """
     count = len(model.points)
-    if what == "insert" and model.insert_at is not None:
+    if edit == "insert" and model.insert_at is not None:
         model.insert_at = None
         model.message = "The next points are appended."
         return index
     if not 0 <= index < count:
         raise InputError("Select a point in the table first.")
-    if what == "insert":
+    if edit == "insert":
         model.insert_at = index
         number = model.points[index].number
         model.message = f"The next points are inserted before point {number}."
         return index
     model.insert_at = None
-    if what == "duplicate":
+    if edit == "duplicate":
         model.points[index].require_found()
         model.table = model.table.duplicate_point(model.muscle, index)
         return index + 1
-    if what == "delete":
+    if edit == "delete":
         model.table = model.table.delete_point(model.muscle, index)
         return min(index, count - 2)
-    by = -1 if what == "up" else 1
+    by = -1 if edit == "up" else 1
     model.table = model.table.move_point(model.muscle, index, by)
     return min(max(index + by, 0), count - 1)
 

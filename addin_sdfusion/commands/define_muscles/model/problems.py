@@ -47,7 +47,7 @@ def _link_problems(table: MuscleTable, links: Collection[str]) -> Iterator[str]:
         *((f"{kinds[p.role]} {p.name}", p.link) for p in table.others if not p.lost),
         *((f"Wrap surface {w.name}", w.link) for w in table.wraps if not w.lost),
     ]
-    for what, link in located:
+    for label, link in located:
         if link not in links and link != WORLD:
             problem = UnknownNameError("link", link, links).problem
-            yield f"{what}: {problem}; choose its link in the table."
+            yield f"{label}: {problem}; choose its link in the table."

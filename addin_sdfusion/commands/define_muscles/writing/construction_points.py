@@ -27,30 +27,30 @@ BASE_FEATURE = "CARDSFlow points"
 class ErrorContext:
     """Context manager that adds the name of an object to error messages."""
 
-    def __init__(self, what: str, why: str) -> None:
-        self._what = what
-        self._why = why
+    def __init__(self, label: str, reason: str) -> None:
+        self._label = label
+        self._reason = reason
 
     def __enter__(self) -> None:
         pass
 
     def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
         if isinstance(error, Exception):
-            why = self._why or str(error) or type(error).__name__
-            raise InputError(f"{self._what} cannot be written: {why}") from error
+            reason = self._reason or str(error) or type(error).__name__
+            raise InputError(f"{self._label} cannot be written: {reason}") from error
 
 
-def set_attribute(owner: Any, name: str, text: str, about: str, why: str = "") -> None:
+def set_attribute(owner: Any, name: str, text: str, label: str, reason: str = "") -> None:
     """Set an attribute if its text changes.
 
     Args:
         owner: The design, point or face.
         name: Name of the attribute.
         text: Text of the attribute.
-        about: Name of the object for error messages.
-        why: Known reason why it cannot be written, or empty.
+        label: Name of the object for error messages.
+        reason: Known reason why it cannot be written, or empty.
     """
-    with ErrorContext(about, why):
+    with ErrorContext(label, reason):
         attribute = owner.attributes.itemByName(GROUP, name)
         if attribute is None or without_tokens(attribute.value) != without_tokens(text):
             owner.attributes.add(GROUP, name, text)
