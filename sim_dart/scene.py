@@ -152,12 +152,12 @@ class SceneObject:
 
     def __post_init__(self) -> None:
         _finite("rpy", self.pose.rpy)
-        for what, values in (
+        for label, values in (
             ("position", self.pose.position),
             ("velocity", self.velocity),
             ("angular_velocity", self.angular_velocity),
         ):
-            _near(what, values)
+            _near(label, values)
         if not (math.isfinite(self.mass) and self.mass >= 0.0):
             raise InputError(f"mass must be 0 or a positive number in kg, not {self.mass!r}")
         if not self.mass and any((*self.velocity, *self.angular_velocity)):
@@ -252,16 +252,16 @@ def _positive(**numbers: float) -> None:
             raise InputError(f"{name} must be {limit}, not {value!r}")
 
 
-def _finite(what: str, values: Iterable[float]) -> None:
+def _finite(label: str, values: Iterable[float]) -> None:
     for value in values:
         if not math.isfinite(value):
-            raise InputError(f"{what} must be finite, not {value!r}")
+            raise InputError(f"{label} must be finite, not {value!r}")
 
 
-def _near(what: str, values: Iterable[float]) -> None:
+def _near(label: str, values: Iterable[float]) -> None:
     for value in values:
         if not abs(value) <= MAX_DISTANCE:
-            raise InputError(f"{what} must be within {MAX_DISTANCE:g} of 0, not {value!r}")
+            raise InputError(f"{label} must be within {MAX_DISTANCE:g} of 0, not {value!r}")
 
 
 def _check_surface(friction: float | None, restitution: float | None) -> None:

@@ -290,8 +290,10 @@ def _require_sensors(robot: Robot, recording: Recording) -> None:
         if np.isnan(f).all()
     ]
     if unknown:
-        what = f"tensions and commanded forces of {', '.join(unknown)} are missing; record either"
-        raise InputError(f"{recording.name}: {what}")
+        problem = (
+            f"tensions and commanded forces of {', '.join(unknown)} are missing; record either"
+        )
+        raise InputError(f"{recording.name}: {problem}")
 
 
 def _require_better(result: Calibration) -> None:
@@ -338,10 +340,10 @@ def _split_windows(
                 f"{name} have neither gaps nor joints at their limits; record for longer"
             )
     out = count - len(windows) - len(held_out)
-    what = (
+    note = (
         f"{out} of {count} windows are ignored, because {', '.join(limits.reached)} is at a limit"
     )
-    return windows, held_out, [what] if out else []
+    return windows, held_out, [note] if out else []
 
 
 class _LimitCheck:

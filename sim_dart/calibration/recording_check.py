@@ -33,16 +33,16 @@ def require_same_robot(robot: Robot, paths: MusclePaths, recording: Recording) -
     rows = np.flatnonzero(~np.isnan(recording.poses).any(axis=1))
     rows = rows[:: max(1, len(rows) // _POSES)]
     q, measured = recording.poses[rows], recording.lengths[rows]
-    own = _lengths(paths, q)
-    for first, second, before, after in _find_swapped_signals(robot, paths, q, measured, own):
+    modelled = _lengths(paths, q)
+    for first, second, before, after in _find_swapped_signals(robot, paths, q, measured, modelled):
         raise InputError(
             f"{recording.name}: {first!r} and {second!r} look swapped: lengths differ from this "
             f"robot's by {1e3 * before:.3g} mm RMS, and by {1e3 * after:.3g} mm RMS if they are "
             "exchanged; exchange them in the recording or on the robot"
         )
-    for muscle, differences in zip(robot.muscles, (measured - own).T, strict=True):
-        known = differences[~np.isnan(differences)]
-        most = float(np.abs(known - np.median(known)).max()) if len(known) else 0.0
+    for muscle, differences in zip(robot.muscles, (measured - modelled).T, strict=True):
+        valid = differences[~np.isnan(differences)]
+        most = float(np.abs(valid - np.median(valid)).max()) if len(valid) else 0.0
         if not most <= _MAX_LENGTH_ERROR:
             raise InputError(
                 f"{recording.name}: the length of {muscle.name!r} differs from this robot's by up "
@@ -52,13 +52,13 @@ def require_same_robot(robot: Robot, paths: MusclePaths, recording: Recording) -
 
 
 def _find_swapped_signals(
-    robot: Robot, paths: MusclePaths, q: FloatArray, measured: FloatArray, own: FloatArray
+    robot: Robot, paths: MusclePaths, q: FloatArray, measured: FloatArray, modelled: FloatArray
 ) -> Iterator[tuple[str, str, float, float]]:
     """Return the pairs of signals whose exchange explains the difference, with both differences."""
-    off = _spread(measured - own)
+    off = _spread(measured - modelled)
     suspicious = np.flatnonzero(off > _SUSPICIOUS)
     for i, j in combinations(suspicious.tolist(), 2):
-        crossed = _spread(measured[:, [j, i]] - own[:, [i, j]])
+        crossed = _spread(measured[:, [j, i]] - modelled[:, [i, j]])
         if (crossed < _REMAINING * off[[i, j]]).all():
             first, second = (f"l.{robot.muscles[k].name}" for k in (i, j))
             yield first, second, _rms(off[[i, j]]), _rms(crossed)

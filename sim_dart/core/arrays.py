@@ -12,7 +12,7 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int32]
 
 
-def vector(what: str, values: ArrayLike, size: int) -> FloatArray:
+def vector(label: str, values: ArrayLike, size: int) -> FloatArray:
     """Return the values as a contiguous float array of shape (size,).
 
     Raises:
@@ -21,13 +21,13 @@ def vector(what: str, values: ArrayLike, size: int) -> FloatArray:
     try:
         array = np.ascontiguousarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"{what} must be {size} numbers, not {values!r}") from None
+        raise InputError(f"{label} must be {size} numbers, not {values!r}") from None
     if array.shape != (size,):
-        raise InputError(f"{what} must have shape ({size},), not {array.shape}")
+        raise InputError(f"{label} must have shape ({size},), not {array.shape}")
     return array
 
 
-def finite(what: str, values: ArrayLike, size: int) -> FloatArray:
+def finite(label: str, values: ArrayLike, size: int) -> FloatArray:
     """Return the values as a contiguous float array of shape (size,), and require finite values.
 
     DART does not report values that are not finite. It returns the terms of an older state.
@@ -35,7 +35,7 @@ def finite(what: str, values: ArrayLike, size: int) -> FloatArray:
     Raises:
         InputError: The values have another shape, are not numbers, or are not finite.
     """
-    array = vector(what, values, size)
+    array = vector(label, values, size)
     if not np.isfinite(array).all():
-        raise InputError(f"{what} must be finite, not {array}")
+        raise InputError(f"{label} must be finite, not {array}")
     return array

@@ -49,6 +49,6 @@ def read_mesh(
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise InputError("contains a triangle whose corners do not exist", file=file)
     if not (np.abs(vertices) < limits.MESH_REACH).all():
-        what = f"contains a corner that is not finite or is {limits.MESH_REACH:g} or more from 0"
-        raise InputError(what, file=file)
+        problem = f"contains a corner that is not finite or is {limits.MESH_REACH:g} or more from 0"
+        raise InputError(problem, file=file)
     return vertices, faces

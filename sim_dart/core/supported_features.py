@@ -43,7 +43,7 @@ def used_parts(robot: Robot) -> list[str]:
     """Return the macros of csrc/optional_parts.h for the parts of the core that a robot uses."""
     muscles = robot.muscles
     segments = [{wrap.segment for wrap in muscle.wraps} for muscle in muscles]
-    shares = any(len(own) < len(m.wraps) for own, m in zip(segments, muscles, strict=True))
+    shares = any(len(group) < len(m.wraps) for group, m in zip(segments, muscles, strict=True))
     parts = {
         "WRAPS": any(muscle.wraps for muscle in muscles),
         "ELLIPSOIDS": any(surface.half_axes for surface in robot.wrap_surfaces),

@@ -93,13 +93,13 @@ def _driver(
     """Return the index of the variable that drives a motion; append a variable if necessary."""
     if motion.is_fixed:
         return None
-    own = index.get(joint.coordinates[motion.coordinate].name)
-    if own is None:
+    variable = index.get(joint.coordinates[motion.coordinate].name)
+    if variable is None:
         return None
-    if motion.function == ITSELF and own not in direct:
-        direct.add(own)
-        return own
-    terms.append((FunctionTerm(own, motion.function),))
+    if motion.function == ITSELF and variable not in direct:
+        direct.add(variable)
+        return variable
+    terms.append((FunctionTerm(variable, motion.function),))
     return len(terms) - 1
 
 
@@ -141,8 +141,8 @@ def variable_fields(variables: Variables) -> dict[str, ArrayLike]:
         "variable_terms": [len(group) for group in variables.terms],
         "term_source": [term.source for term in terms],
         "term_kind": [_kind(term.function) for term in terms],
-        "term_size": [len(own) for own in numbers],
-        "term_number": np.concatenate([own.ravel() for own in numbers]) if numbers else [],
+        "term_size": [len(row) for row in numbers],
+        "term_number": np.concatenate([row.ravel() for row in numbers]) if numbers else [],
     }
 
 

@@ -109,7 +109,7 @@ class Interference:
         names = [muscle.name for muscle in self._robot.muscles]
         for link, solid in self._solids:
             T_world_link = self._skeleton.bodies[link].getWorldTransform().matrix()
-            others = np.array([link not in own for own in self._own], dtype=bool)
+            others = np.array([link not in muscle_links for muscle_links in self._own], dtype=bool)
             owners, starts, ends = segments.of_muscles(others)
             smallest = np.full(len(names), np.inf)
             np.minimum.at(smallest, owners, solid.distances(T_world_link, starts, ends, within))

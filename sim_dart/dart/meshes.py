@@ -56,8 +56,8 @@ def convex_hull(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trime
     """
     mesh = load_mesh(file, scale)
     if _has_fine_hull(np.asarray(mesh.vertices)):
-        what = f"its convex hull has more than {_MAX_FACES} triangles"
-        raise InputError(f"{what}; simplify the mesh", file=file)
+        problem = f"its convex hull has more than {_MAX_FACES} triangles"
+        raise InputError(f"{problem}; simplify the mesh", file=file)
     with _naming(file, "its convex hull cannot be computed"):
         hull: trimesh.Trimesh = mesh.convex_hull
         flat = not hull.volume > _FLAT * float(np.max(hull.extents)) ** 3
@@ -66,8 +66,8 @@ def convex_hull(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trime
     if not np.abs(hull.bounds).max() <= MAX_DISTANCE:
         raise InputError(f"reaches farther than {MAX_DISTANCE:g} m; check its scale", file=file)
     if len(hull.faces) > _MAX_FACES:
-        what = f"its convex hull has {len(hull.faces)} triangles, more than {_MAX_FACES}"
-        raise InputError(f"{what}; simplify the mesh", file=file)
+        problem = f"its convex hull has {len(hull.faces)} triangles, more than {_MAX_FACES}"
+        raise InputError(f"{problem}; simplify the mesh", file=file)
     return hull
 
 

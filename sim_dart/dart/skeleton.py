@@ -94,12 +94,12 @@ def build_skeleton(robot: Robot) -> Skeleton:
 
 def _reject_driven(robot: Robot) -> None:
     """Reject features of joints that DART does not support."""
-    what = "are only supported by the engine 'core', not by DART"
+    problem = "are only supported by the engine 'core', not by DART"
     for joint in robot.driven_joints:
-        raise InputError(f"joint {joint.name!r}: functions, couplings and locks {what}")
+        raise InputError(f"joint {joint.name!r}: functions, couplings and locks {problem}")
     for c in robot.coordinates:
         if c.armature or c.limit_force:
-            raise InputError(f"coordinate {c.name!r}: armatures and limit forces {what}")
+            raise InputError(f"coordinate {c.name!r}: armatures and limit forces {problem}")
 
 
 def _add_joint(skeleton: Any, parent: Any, joint: Joint) -> Any:

@@ -290,8 +290,8 @@ class World:
         for name, watched in self._bodies.items():
             away = float(np.abs(watched.body.getWorldTransform().translation()).max())
             if not away <= MAX_DISTANCE:
-                what = f"{name!r} is {away:.3g} m away at the start; contacts are detected"
-                raise InputError(f"{what} only within {MAX_DISTANCE:g} m")
+                problem = f"{name!r} is {away:.3g} m away at the start; contacts are detected"
+                raise InputError(f"{problem} only within {MAX_DISTANCE:g} m")
 
     def _reject_overlap(self) -> None:
         import dartpy
@@ -355,5 +355,5 @@ def _pose(dart: Any) -> FloatArray:
 def _reject_too_many(bodies: int) -> None:
     """Reject a world with too many bodies for checking all pairs."""
     if bodies > limits.BODIES:
-        what = f"{bodies} bodies can collide, more than the maximum of {limits.BODIES}"
-        raise InputError(f"{what}; remove objects or collision shapes of links")
+        problem = f"{bodies} bodies can collide, more than the maximum of {limits.BODIES}"
+        raise InputError(f"{problem}; remove objects or collision shapes of links")

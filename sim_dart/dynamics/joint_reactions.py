@@ -48,15 +48,15 @@ def joint_reactions(
             axes, shape (T, k, 3) each.
     """
     names = [link.name for link in robot.links]
-    index, own = {name: k for k, name in enumerate(names)}, link_motion(robot, names, *motion)
-    R, o = own.rotations, own.origins
-    bend = np.moveaxis(own.accelerations[:, :, 1:] - own.accelerations[:, :, :1], -2, -1)
+    index, links = {name: k for k, name in enumerate(names)}, link_motion(robot, names, *motion)
+    R, o = links.rotations, links.origins
+    bend = np.moveaxis(links.accelerations[:, :, 1:] - links.accelerations[:, :, :1], -2, -1)
     forces, moments = np.zeros_like(o), np.zeros_like(o)  # needed, moments about the world's origin
     for k, link in enumerate(robot.links):
         inertia = link.inertia
         c, m = np.array(inertia.com), inertia.mass
         second = _second_moment(inertia) + m * np.outer(c, c)
-        pull = own.accelerations[:, k, 0] - np.array(robot.gravity)
+        pull = links.accelerations[:, k, 0] - np.array(robot.gravity)
         arm = np.einsum("tij,j->ti", R[:, k], c)
         forces[:, k] = m * (pull + np.einsum("tij,j->ti", bend[:, k], c))
         moments[:, k] = m * np.cross(arm, pull) + np.cross(o[:, k], forces[:, k])

@@ -50,10 +50,10 @@ class LinkMotion:
             moments: Moments, world axes, shape (T, k, 3), in [N·m].
         """
         R = self.rotations
-        own = np.einsum("tkij,tki->tkj", R, moments)  # in the axes of the link
+        in_link_axes = np.einsum("tkij,tki->tkj", R, moments)  # in the axes of the link
         pulls = np.zeros_like(self.points)
         for arm, side, axis in zip(_ARMS, _SIDES, (2, 0, 1), strict=True):
-            pulls[:, :, arm] = own[:, :, axis, None] * R[:, :, :, side]
+            pulls[:, :, arm] = in_link_axes[:, :, axis, None] * R[:, :, :, side]
         pulls[:, :, 0] = forces - pulls[:, :, 1:].sum(axis=2)
         generalised: FloatArray = np.einsum("tkpin,tkpi->tn", self.jacobians, pulls)
         return generalised
@@ -83,13 +83,13 @@ def link_motion(
         for k, corner in enumerate(_CORNERS)
     ]
     measured = replace(robot, task_sets=(TaskSet("links", tuple(frames)),), task_set="links")
-    own = CoreDynamics(measured, may_be_singular=True)
+    dynamics = CoreDynamics(measured, may_be_singular=True)
     shape = (len(q), len(links), 4, 3)
     points, accelerations = np.empty((2, *shape))
-    jacobians = np.empty((*shape, own.n))
+    jacobians = np.empty((*shape, dynamics.n))
     for k in range(len(q)):
-        J = own.task_jacobian(q[k])
-        points[k] = own.task_position(q[k]).reshape(shape[1:])
-        accelerations[k] = (J @ qdd[k] + own.task_bias(q[k], qd[k])).reshape(shape[1:])
-        jacobians[k] = J.reshape(*shape[1:], own.n)
+        J = dynamics.task_jacobian(q[k])
+        points[k] = dynamics.task_position(q[k]).reshape(shape[1:])
+        accelerations[k] = (J @ qdd[k] + dynamics.task_bias(q[k], qd[k])).reshape(shape[1:])
+        jacobians[k] = J.reshape(*shape[1:], dynamics.n)
     return LinkMotion(points, accelerations, jacobians)

@@ -107,16 +107,16 @@ class PoseEstimator:
         c = self._c = _bound()
         self._frames, rotations, positions = imu_frames(robot, imus)
         o = m if self.settings.estimates_offsets else 0
-        own = c.estimator_size(self._core.handle, i, o)
+        estimator_size = c.estimator_size(self._core.handle, i, o)
         frames = self.settings.frames if self.settings.type == "horizon" else 0
-        rest = c.estimator_horizon_size(self._core.handle, i, o, frames)
-        self._memory = np.empty(-(-own // 8) - (-rest // 8))
+        horizon_size = c.estimator_horizon_size(self._core.handle, i, o, frames)
+        self._memory = np.empty(-(-estimator_size // 8) - (-horizon_size // 8))
         address = self._memory.ctypes.data
         self._handle = ctypes.c_void_p(
             c.estimator_open(self._core.handle, i, self._frames.ctypes.data, o, address)
         )
         if frames:
-            c.estimator_use_horizon(self._handle, frames, address + -(-own // 8) * 8)
+            c.estimator_use_horizon(self._handle, frames, address + -(-estimator_size // 8) * 8)
         if self.settings.exact_transition:
             self._use_exact_transition()
         if start is None:
@@ -261,8 +261,8 @@ class PoseEstimator:
             try:
                 target[:] = value
             except (TypeError, ValueError):
-                what = f"{name} must be one number or {target.size}, not {value!r}"
-                raise InputError(what) from None
+                problem = f"{name} must be one number or {target.size}, not {value!r}"
+                raise InputError(problem) from None
         self.array("length_noise", -1)[passive_muscles(self.robot)] = 0.0
         rest = self.array("start_sd", -1)
         rest[: 3 * n].reshape(3, n)[:] = [

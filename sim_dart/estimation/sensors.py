@@ -127,8 +127,8 @@ class RobotSensors:
             try:
                 target[:] = value
             except (TypeError, ValueError):
-                what = f"{name} must be one number or {target.size}, not {value!r}"
-                raise InputError(what) from None
+                problem = f"{name} must be one number or {target.size}, not {value!r}"
+                raise InputError(problem) from None
         self.reset()
 
     def array(self, name: str, *shape: int) -> FloatArray:

@@ -119,11 +119,11 @@ class _CustomMuscle:
     def tension(self, u: float, length: float, rate: float) -> float:
         """Return the tension with the command clipped to its range; never negative."""
         u = min(max(u, self._low), self._high)
-        given = call_custom(self._file, lambda: float(self._law.tension(u, length, rate)))
-        if not math.isfinite(given):
-            what = f"tension({u!r}, {length!r}, {rate!r}) of muscle {self._name!r} is {given}"
-            raise SimulationError(f"{self._file}: {type(self._law).__name__}.{what}")
-        return max(given, 0.0)
+        tension = call_custom(self._file, lambda: float(self._law.tension(u, length, rate)))
+        if not math.isfinite(tension):
+            problem = f"tension({u!r}, {length!r}, {rate!r}) of muscle {self._name!r} is {tension}"
+            raise SimulationError(f"{self._file}: {type(self._law).__name__}.{problem}")
+        return max(tension, 0.0)
 
     def ends(self, length: float, rate: float) -> tuple[float, float]:
         """Return the tensions at the smallest and the largest command."""

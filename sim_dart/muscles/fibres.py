@@ -34,10 +34,10 @@ class HillMuscles:
     """
 
     def __init__(self, robot: Robot) -> None:
-        own = [law_parameters(muscle) for muscle in robot.muscles]
+        parameters = [law_parameters(muscle) for muscle in robot.muscles]
 
         def numbers(name: str) -> FloatArray:
-            return np.array([values.get(name, 0.0) for values in own])
+            return np.array([each.get(name, 0.0) for each in parameters])
 
         self.force, self.optimal = numbers("max_isometric_force"), numbers("optimal_fibre_length")
         self.slack = numbers("tendon_slack_length")
@@ -46,7 +46,7 @@ class HillMuscles:
         self.low = numbers("minimum_activation")
         self.elastic: BoolArray = numbers("elastic_tendon") != 0.0
         self._core = Core(compile_blob(robot))
-        self.shortest = self.fibres(np.zeros((1, len(own), FIBRE_POINT)))[0, :, 13]
+        self.shortest = self.fibres(np.zeros((1, len(parameters), FIBRE_POINT)))[0, :, 13]
 
     def fibres(self, points: FloatArray) -> FloatArray:
         """Return the values of `core_fibres` at points, shape (K, m, 5) to (K, m, 14)."""

@@ -50,11 +50,11 @@ class MuscleDrive:
         self._move(q)
         self._qd = finite("qd", qd, self._n)
         self._laws.update_rates(self._qd)
-        own = vector("states", states, self.states)
-        found = np.concatenate([own, np.zeros(self._of_bends)])
+        law_states = vector("states", states, self.states)
+        all_states = np.concatenate([law_states, np.zeros(self._of_bends)])
         if np.size(slips):
-            found[-np.size(slips) :] = slips
-        self._laws.set_states(found)
+            all_states[-np.size(slips) :] = slips
+        self._laws.set_states(all_states)
 
     def tensions(self, commands: FloatArray) -> FloatArray:
         """Return the tensions at the current state, shape (m,), in [N].

@@ -259,14 +259,14 @@ class MuscleLaws:
             raise InputError(f"muscle {muscle!r} does not have a curve {name!r}")
         return np.array(values).reshape(points.shape)
 
-    def _vector(self, what: str, values: ArrayLike) -> FloatArray:
-        return vector(what, values, self._m)
+    def _vector(self, label: str, values: ArrayLike) -> FloatArray:
+        return vector(label, values, self._m)
 
-    def _check(self, bad: int, what: str, values: FloatArray) -> None:
+    def _check(self, bad: int, label: str, values: FloatArray) -> None:
         if bad:
             name = self._names[bad - 1]
-            raise InputError(f"{what} {values[bad - 1]} of muscle {name!r} is not finite")
+            raise InputError(f"{label} {values[bad - 1]} of muscle {name!r} is not finite")
 
 
-def _bend_state_names(what: str, robot: Robot, count: Callable[[Muscle], int]) -> list[str]:
-    return [f"{what}_{k}.{m.name}" for m in robot.muscles for k in range(1, count(m) + 1)]
+def _bend_state_names(prefix: str, robot: Robot, count: Callable[[Muscle], int]) -> list[str]:
+    return [f"{prefix}_{k}.{m.name}" for m in robot.muscles for k in range(1, count(m) + 1)]

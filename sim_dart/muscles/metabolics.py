@@ -71,36 +71,36 @@ class FibreStates(NamedTuple):
         return self.slow * np.sin(angle), (1.0 - self.slow) * (1.0 - np.cos(angle))
 
 
-def umberger_2010(own: FibreStates) -> FloatArray:
+def umberger_2010(state: FibreStates) -> FloatArray:
     """Return the metabolic rates of muscles, in [W]."""
-    u_slow, u_fast = own.recruited
-    idle = own.excitation == 0.0
+    u_slow, u_fast = state.recruited
+    idle = state.excitation == 0.0
     slow = np.where(idle, 1.0, u_slow / np.where(idle, 1.0, u_slow + u_fast))
-    mean = 0.5 * (own.excitation + own.activation)
-    A = np.where(own.excitation > own.activation, own.excitation, mean)
-    is_long = own.length > 1.0
+    mean = 0.5 * (state.excitation + state.activation)
+    A = np.where(state.excitation > state.activation, state.excitation, mean)
+    is_long = state.length > 1.0
     heat = 128.0 * (1.0 - slow) + 25.0
-    heat = np.where(is_long, 0.4 * heat + 0.6 * heat * own.active_length, heat)
+    heat = np.where(is_long, 0.4 * heat + 0.6 * heat * state.active_length, heat)
     maintenance = _AEROBIC * A**0.6 * heat
-    v = own.velocity / own.optimal
-    of_slow, of_fast = 100.0 * _SLOW_SPEED / own.speed, 153.0 / own.speed
+    v = state.velocity / state.optimal
+    of_slow, of_fast = 100.0 * _SLOW_SPEED / state.speed, 153.0 / state.speed
     shortening = np.minimum(-of_slow * v, _MAX_SHORTENING_HEAT) * slow - of_fast * v * (1.0 - slow)
     moving = np.where(v <= 0.0, A**2 * shortening, 4.0 * A * of_slow * v)
-    moving = _AEROBIC * np.where(is_long, moving * own.active_length, moving)
-    power = -np.maximum(own.active, 0.0) * own.velocity / own.mass
-    return _total(maintenance + moving, power) * own.mass
+    moving = _AEROBIC * np.where(is_long, moving * state.active_length, moving)
+    power = -np.maximum(state.active, 0.0) * state.velocity / state.mass
+    return _total(maintenance + moving, power) * state.mass
 
 
-def bhargava_2004(own: FibreStates) -> FloatArray:
+def bhargava_2004(state: FibreStates) -> FloatArray:
     """Return the metabolic rates of muscles, in [W]."""
-    u_slow, u_fast = own.recruited
-    factor = np.interp(own.length, *_MAINTENANCE)
+    u_slow, u_fast = state.recruited
+    factor = np.interp(state.length, *_MAINTENANCE)
     activation = 40.0 * u_slow + 133.0 * u_fast
     maintenance = factor * (74.0 * u_slow + 111.0 * u_fast)
-    total = own.active + own.passive
-    shortening = np.where(own.velocity <= 0.0, -0.25 * total * own.velocity, 0.0) / own.mass
-    power = -own.active * own.velocity / own.mass
-    return _total(activation + maintenance + shortening, power) * own.mass
+    total = state.active + state.passive
+    shortening = np.where(state.velocity <= 0.0, -0.25 * total * state.velocity, 0.0) / state.mass
+    power = -state.active * state.velocity / state.mass
+    return _total(activation + maintenance + shortening, power) * state.mass
 
 
 def _total(heat: FloatArray, power: FloatArray) -> FloatArray:

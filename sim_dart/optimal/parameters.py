@@ -52,7 +52,7 @@ class RobotNumbers:
     def __init__(self, family: RobotFamily, prepare: Callable[[Robot], Robot]) -> None:
         self._family, self._prepare = family, prepare
         base = compile_blob(prepare(family.robot_at(family.nominal)))
-        fields = [(name, *own) for name, own in blob_fields(base).items() if own[2] == "real"]
+        fields = [(name, *field) for name, field in blob_fields(base).items() if field[2] == "real"]
         self._fields = [name for name, _, size, _ in fields for _ in range(size)]
         self._places: IntArray = np.concatenate(
             [at // 8 + np.arange(size) for _, at, size, _ in fields]
@@ -62,10 +62,10 @@ class RobotNumbers:
         others = np.ones(len(self._blob), dtype=bool)
         others[self._places] = False
         self._others = np.flatnonzero(others)
-        own = family
-        ends = np.where(own.high - own.nominal > own.nominal - own.low, own.high, own.low)
-        self._slopes = self._differences(own.nominal, ends - own.nominal, 0.0)
-        inside = own.low + (own.high - own.low) * np.linspace(0.3, 0.8, len(own.low))
+        low, nominal, high = family.low, family.nominal, family.high
+        ends = np.where(high - nominal > nominal - low, high, low)
+        self._slopes = self._differences(nominal, ends - nominal, 0.0)
+        inside = low + (high - low) * np.linspace(0.3, 0.8, len(low))
         found, linear = self._compile(inside), self._at(inside)
         size = np.where(np.isfinite(found), abs(found) + abs(self._nominal), 1.0)
         with np.errstate(invalid="ignore"):

@@ -161,8 +161,8 @@ class Shooting:
 
     def _open(self) -> None:
         """Create the handles of the core for the current parameters."""
-        own = self._numbers
-        blob = compile_blob(self._robot) if own is None else own.blob(self._parameters)
+        numbers = self._numbers
+        blob = compile_blob(self._robot) if numbers is None else numbers.blob(self._parameters)
         self._workers = [_Worker(blob) for _ in range(self._threads.count)]
         self._core = Core(blob)
         self.laws = MuscleLaws(self._robot, self._core)
@@ -177,11 +177,11 @@ class Shooting:
     @contextmanager
     def using(self, steps: int) -> Iterator[None]:
         """Use another number of Runge-Kutta steps."""
-        own, self.steps = self.steps, steps
+        previous, self.steps = self.steps, steps
         try:
             yield
         finally:
-            self.steps = own
+            self.steps = previous
 
     def run(
         self,
@@ -216,8 +216,8 @@ class Shooting:
 
     def changed_fields(self) -> list[list[str]]:
         """Return the names of the core's fields that each parameter changes."""
-        own = self._numbers
-        return [] if own is None else own.changed_fields(self._parameters)
+        numbers = self._numbers
+        return [] if numbers is None else numbers.changed_fields(self._parameters)
 
     def start(self, q: FloatArray, commands: FloatArray) -> FloatArray:
         """Return the states of muscles at rest.
@@ -270,9 +270,9 @@ class Shooting:
 
     def _along_parameters(self, x: FloatArray, u: FloatArray, h: FloatArray) -> FloatArray | None:
         """Return the derivatives of the ends by the parameters, shape (k, nx, np)."""
-        count, own = len(h), self._numbers
+        count, numbers = len(h), self._numbers
         found = np.empty((len(self._parameters), count, self.nx))
-        slopes = np.empty((0, 0)) if own is None else own.slopes(self._parameters)
+        slopes = np.empty((0, 0)) if numbers is None else numbers.slopes(self._parameters)
         lengths, starts, controls = self._arguments(x, u, h)
         bad = []
 

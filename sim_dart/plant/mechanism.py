@@ -127,9 +127,9 @@ class Mechanism(ABC):
 
     def raise_command_error(self, k: int, commands: FloatArray) -> None:
         """Raise InputError for the command of muscle k."""
-        what = "force" if self.laws is None else "command"
+        label = "force" if self.laws is None else "command"
         name = self.robot.muscles[k].name
-        raise InputError(f"{what} {commands[k]} of muscle {name!r} is not finite")
+        raise InputError(f"{label} {commands[k]} of muscle {name!r} is not finite")
 
     def check_muscles(self) -> None:
         """Check that the states of all muscles are finite.
