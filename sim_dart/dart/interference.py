@@ -67,7 +67,7 @@ class Interference:
             for shape in link_shapes(robot, scene)
         ]
         self._skeleton = build_skeleton(robot) if self._solids else None
-        self._own = [{point.link for point in muscle.via_points} for muscle in robot.muscles]
+        self._links_of = [{point.link for point in muscle.via_points} for muscle in robot.muscles]
 
     def nearest(self, postures: Iterable[FloatArray], within: float = np.inf) -> list[Nearest]:
         """Return the smallest distance of every pair over all postures.
@@ -109,7 +109,7 @@ class Interference:
         names = [muscle.name for muscle in self._robot.muscles]
         for link, solid in self._solids:
             T_world_link = self._skeleton.bodies[link].getWorldTransform().matrix()
-            others = np.array([link not in muscle_links for muscle_links in self._own], dtype=bool)
+            others = np.array([link not in links for links in self._links_of], dtype=bool)
             owners, starts, ends = segments.of_muscles(others)
             smallest = np.full(len(names), np.inf)
             np.minimum.at(smallest, owners, solid.distances(T_world_link, starts, ends, within))

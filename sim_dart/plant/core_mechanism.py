@@ -37,7 +37,7 @@ class CoreMechanism(Mechanism):
         self._energies = self.core.array("energies", 3)
         self._momenta = self.core.array("momenta", 2, 3)
         self._M = self.core.array("mass_matrix", n, n)
-        self._own_q, self._own_qd = self.core.array("q", n), self.core.array("qd", n)
+        self._core_q, self._core_qd = self.core.array("q", n), self.core.array("qd", n)
         points = self.load_size // 3
         self._external = self.core.external_wrenches(*wrench_points(robot, wrenched))
         self._is_loaded = False
@@ -50,7 +50,7 @@ class CoreMechanism(Mechanism):
     def set_state(self, q: FloatArray, qd: FloatArray) -> None:
         """Set the state; see `Mechanism.set_state`."""
         self.update(q, qd)
-        self._own_q[:], self._own_qd[:] = q, qd
+        self._core_q[:], self._core_qd[:] = q, qd
 
     def closed(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the nearest state with closed loops and velocities that keep them closed.
@@ -75,7 +75,7 @@ class CoreMechanism(Mechanism):
 
     def read_state(self) -> None:
         """Copy q and qd from the core after a step."""
-        self.q, self.qd = self._own_q.copy(), self._own_qd.copy()
+        self.q, self.qd = self._core_q.copy(), self._core_qd.copy()
 
     def raise_step_error(self, answer: int, commands: FloatArray) -> None:
         """Raise the error for a nonzero return value of a step.
@@ -86,8 +86,8 @@ class CoreMechanism(Mechanism):
         """
         if answer < 0:
             self.raise_command_error(-answer - 1, commands)
-        if answer <= len(self._own_q):
-            self.raise_state_error(answer - 1, self._own_q, self._own_qd)
+        if answer <= len(self._core_q):
+            self.raise_state_error(answer - 1, self._core_q, self._core_qd)
         self.check_muscles()
 
     def energies(self) -> tuple[float, float]:

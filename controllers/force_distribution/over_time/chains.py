@@ -81,61 +81,62 @@ class MuscleChains:
         count, label = connected_components(used.T.astype(int) @ used.astype(int), directed=False)
         self._groups = [np.flatnonzero(label == k) for k in range(count)]
 
-    def solve(self, own: ChainEquations) -> ChainSolution | None:
+    def solve(self, equations: ChainEquations) -> ChainSolution | None:
         """Return the solution; None if the equations have no unique minimum."""
-        N, m, T = self._N, self._m, own.T
+        N, m, T = self._N, self._m, equations.T
         try:
-            factor = cholesky_banded(self._band(own), lower=True, check_finite=False)
+            factor = cholesky_banded(self._band(equations), lower=True, check_finite=False)
         except LinAlgError:
             return None
-        pull = own.B[:, :, ::2] + own.B[:, :, 1, None] * T  # of the tension by x before and after
-        constant = own.B[:, :, 1] * own.t
+        # derivatives of the tension by x before and after
+        pull = equations.B[:, :, ::2] + equations.B[:, :, 1, None] * T
+        constant = equations.B[:, :, 1] * equations.t
         right = np.zeros((m, N + 1, N + 1))
         k = np.arange(N)
         right[:, k, k], right[:, k + 1, k] = pull[:, :, 0], pull[:, :, 1]
-        right[:, :, N] = self._gradient(own)
+        right[:, :, N] = self._gradient(equations)
         Z = cho_solve_banded((factor, True), right.reshape(-1, N + 1), check_finite=False)
         Z = Z.reshape(m, N + 1, N + 1)
         response = pull[:, :, 0, None] * Z[:, :-1] + pull[:, :, 1, None] * Z[:, 1:]
         tension = constant - response[:, :, N]
-        load = own.c + np.einsum("kmn,mk->kn", self._L, tension)
-        y = self._multipliers(response[:, :, :N], own.D, load)
+        load = equations.c + np.einsum("kmn,mk->kn", self._L, tension)
+        y = self._multipliers(response[:, :, :N], equations.D, load)
         if y is None:
             return None
         pulls = np.einsum("kmn,kn->mk", self._L, y)
         x = -Z[:, :, N] - np.matmul(Z[:, :, :N], pulls[:, :, None])[:, :, 0]
-        a = own.t + T[:, :, 0] * x[:, :-1] + T[:, :, 1] * x[:, 1:]
-        return ChainSolution(x, a, y, self._rows_of_a(own, x, a))
+        a = equations.t + T[:, :, 0] * x[:, :-1] + T[:, :, 1] * x[:, 1:]
+        return ChainSolution(x, a, y, self._rows_of_a(equations, x, a))
 
-    def _rows_of_a(self, own: ChainEquations, x: FloatArray, a: FloatArray) -> FloatArray:
+    def _rows_of_a(self, equations: ChainEquations, x: FloatArray, a: FloatArray) -> FloatArray:
         """Return the left-hand side of the equations of a, plus g_a."""
-        H, E = own.frames, own.edges
-        rows = own.g_a + H[:, :, 1, 0] * x[:, :-1] + H[:, :, 1, 1] * a + H[:, :, 1, 2] * x[:, 1:]
+        g_a, H, E = equations.g_a, equations.frames, equations.edges
+        rows = g_a + H[:, :, 1, 0] * x[:, :-1] + H[:, :, 1, 1] * a + H[:, :, 1, 2] * x[:, 1:]
         rows[:, :-1] += E[:, :, 0, 0] * a[:, :-1] + E[:, :, 0, 1] * a[:, 1:]
         rows[:, 1:] += E[:, :, 1, 0] * a[:, :-1] + E[:, :, 1, 1] * a[:, 1:]
         return np.asarray(rows)
 
-    def _gradient(self, own: ChainEquations) -> FloatArray:
+    def _gradient(self, equations: ChainEquations) -> FloatArray:
         """Return g, with a replaced by x."""
-        g = own.g_x.copy()
-        rows = self._rows_of_a(own, np.zeros_like(g), own.t)
-        g[:, :-1] += own.frames[:, :, 0, 1] * own.t + own.T[:, :, 0] * rows
-        g[:, 1:] += own.frames[:, :, 2, 1] * own.t + own.T[:, :, 1] * rows
+        g = equations.g_x.copy()
+        rows = self._rows_of_a(equations, np.zeros_like(g), equations.t)
+        g[:, :-1] += equations.frames[:, :, 0, 1] * equations.t + equations.T[:, :, 0] * rows
+        g[:, 1:] += equations.frames[:, :, 2, 1] * equations.t + equations.T[:, :, 1] * rows
         return g
 
-    def _band(self, own: ChainEquations) -> FloatArray:
+    def _band(self, equations: ChainEquations) -> FloatArray:
         """Return K, with a replaced by x, as a lower band matrix of LAPACK."""
         band = np.zeros((_BAND + 1, self._m, self._N + 1))
         M = np.zeros((self._m, self._N, 3, 2))  # (x before, a, x after) by (x before, x after)
         M[:, :, 0, 0] = M[:, :, 2, 1] = 1.0
-        M[:, :, 1] = own.T
-        H = np.swapaxes(M, 2, 3) @ own.frames @ M
+        M[:, :, 1] = equations.T
+        H = np.swapaxes(M, 2, 3) @ equations.frames @ M
         band[0, :, :-1] += H[:, :, 0, 0]
         band[0, :, 1:] += H[:, :, 1, 1]
         band[1, :, :-1] += H[:, :, 1, 0]
         M = np.zeros((self._m, self._N - 1, 2, 3))  # (a, next a) by three x
-        M[:, :, 0, :2], M[:, :, 1, 1:] = own.T[:, :-1], own.T[:, 1:]
-        H = np.swapaxes(M, 2, 3) @ own.edges @ M
+        M[:, :, 0, :2], M[:, :, 1, 1:] = equations.T[:, :-1], equations.T[:, 1:]
+        H = np.swapaxes(M, 2, 3) @ equations.edges @ M
         for i in range(3):
             for j in range(i + 1):
                 band[i - j, :, j : self._N - 1 + j] += H[:, :, i, j]
@@ -149,10 +150,10 @@ class MuscleChains:
         S = np.zeros((n, n, N, N))
         for m, used in enumerate(self._used):
             arms = self._L[:, m, used]
-            for i, own in enumerate(used):
+            for i, row in enumerate(used):
                 left = arms[:, i, None] * response[m]
-                for j, other in enumerate(used):
-                    S[own, other] += left * arms[:, j]
+                for j, column in enumerate(used):
+                    S[row, column] += left * arms[:, j]
         y = np.empty((N, n))
         for group in self._groups:
             size = N * len(group)

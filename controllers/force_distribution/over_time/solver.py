@@ -93,7 +93,7 @@ class MuscleTrajectorySolver:
     """
 
     def __init__(self, problem: MuscleProblem, activations: FloatArray) -> None:
-        self._own = problem
+        self._problem = problem
         self._N, m, _ = problem.L.shape
         self._terms, self._chains = MuscleTerms(problem), MuscleChains(problem.L)
         self._D = np.tile(problem.reserve**2 / 2.0, (self._N, 1))
@@ -144,21 +144,21 @@ class MuscleTrajectorySolver:
         return self._a, self._e, self._x
 
     def _variables(self) -> tuple[BoundedVariables, ...]:
-        return self._all if self._own.elastic.any() else self._all[:2]
+        return self._all if self._problem.elastic.any() else self._all[:2]
 
     def _gap(self) -> float:
         """Return the complementarity of all bounds."""
-        return 2.0 * self._barrier * sum(own.value.size for own in self._variables())
+        return 2.0 * self._barrier * sum(variable.value.size for variable in self._variables())
 
     def _cost(self, terms: Terms) -> float:
         """Return the cost, divided by the time step."""
-        p, a, e = self._own.power, self._a.value, self._e.value
+        p, a, e = self._problem.power, self._a.value, self._e.value
         ends = 0.5 * (a[:, 0] ** p + a[:, -1] ** p).sum()
-        reserves = ((terms.torque / self._own.reserve) ** 2).sum()
+        reserves = ((terms.torque / self._problem.reserve) ** 2).sum()
         return float((e**p).sum() + ends + reserves)
 
     def _gradients(self) -> _Gradients:
-        p, a, e = self._own.power, self._a.value, self._e.value
+        p, a, e = self._problem.power, self._a.value, self._e.value
         ends = np.zeros(self._N)
         ends[[0, -1]] = 0.5
         return _Gradients(
@@ -176,30 +176,30 @@ class MuscleTrajectorySolver:
 
     def _dual_error(self, terms: Terms) -> float:
         """Return the largest gradient of the Lagrange function, scaled."""
-        own = self._gradients()
-        pull = np.einsum("kmn,kn->mk", self._own.L, self._y)
+        gradients = self._gradients()
+        pull = np.einsum("kmn,kn->mk", self._problem.L, self._y)
         rows = self._mu[:, :, None] * terms.by_balance + pull[:, :, None] * terms.by_tension
-        of_a = own.a + self._a.dual + rows[:, :, 1]
+        of_a = gradients.a + self._a.dual + rows[:, :, 1]
         of_a[:, :-1] += self._nu * terms.by_excitation[:, :, 0]
         of_a[:, 1:] += self._nu * terms.by_excitation[:, :, 1]
         of_x = self._x.dual
         of_x[:, :-1] += rows[:, :, 0]
         of_x[:, 1:] += rows[:, :, 2]
-        parts = of_a, of_x[self._own.elastic], own.e - self._nu + self._e.dual
+        parts = of_a, of_x[self._problem.elastic], gradients.e - self._nu + self._e.dual
         return _DUAL * max(float(abs(part).max(initial=0.0)) for part in parts)
 
     def _error(self, primal: float, dual: float, barrier: float) -> float:
-        return max(primal, dual, *(own.error(barrier) for own in self._variables()))
+        return max(primal, dual, *(variable.error(barrier) for variable in self._variables()))
 
     def _excess(self, terms: Terms) -> FloatArray:
         return terms.excitations - self._e.value
 
     def _advance(self, terms: Terms, damping: float) -> bool:
         """Move along a step; return whether there is one."""
-        own, J, elastic = self._gradients(), terms.by_excitation, self._own.elastic
-        ee = own.ee + self._e.curvature
-        ge = own.e + self._e.slope(self._barrier)
-        ga, excess = own.a + self._a.slope(self._barrier), self._excess(terms)
+        gradients, J, elastic = self._gradients(), terms.by_excitation, self._problem.elastic
+        ee = gradients.ee + self._e.curvature
+        ge = gradients.e + self._e.slope(self._barrier)
+        ga, excess = gradients.a + self._a.slope(self._barrier), self._excess(terms)
         of_edges = ge + ee * excess
         ga[:, :-1] += J[:, :, 0] * of_edges
         ga[:, 1:] += J[:, :, 1] * of_edges
@@ -211,18 +211,18 @@ class MuscleTrajectorySolver:
         edges = J[:, :, :, None] * J[:, :, None, :] * ee[:, :, None, None]
         t = -terms.balance / pivot
         frames = self._frame_blocks(terms)
-        frames[:, :, 1, 1] += own.aa
-        found = self._chains.solve(
+        frames[:, :, 1, 1] += gradients.aa
+        solution = self._chains.solve(
             ChainEquations(frames, edges, T, t, terms.by_tension, self._D, gx, ga, terms.torque)
         )
-        if found is None:
+        if solution is None:
             return False
-        self._move(terms, found, pivot, (ee, ge, excess), damping)
+        self._move(terms, solution, pivot, (ee, ge, excess), damping)
         return True
 
     def _frame_blocks(self, terms: Terms) -> FloatArray:
         """Return the blocks of (x before, a, x after), without the cost, shape (m, N, 3, 3)."""
-        elastic = self._own.elastic
+        elastic = self._problem.elastic
         added = np.zeros_like(terms.by_balance)
         added[:, :, 1] = self._a.curvature
         bound = self._x.curvature
@@ -238,28 +238,28 @@ class MuscleTrajectorySolver:
     def _move(
         self,
         terms: Terms,
-        found: ChainSolution,
+        solution: ChainSolution,
         pivot: FloatArray,
         of_edges: tuple[FloatArray, FloatArray, FloatArray],
         damping: float,
     ) -> None:
         """Move all variables and multipliers."""
         ee, ge, excess = of_edges
-        J, elastic = terms.by_excitation, self._own.elastic[:, None]
-        dx = np.where(elastic, found.x, 0.0)
-        de = J[:, :, 0] * found.a[:, :-1] + J[:, :, 1] * found.a[:, 1:] + excess
-        pull = np.einsum("kmn,kn->mk", self._own.L, found.y)
-        mu = -(found.a_residual + terms.by_tension[:, :, 1] * pull) / pivot
-        steps = {self._a: found.a, self._e: de, self._x: dx}
+        J, elastic = terms.by_excitation, self._problem.elastic[:, None]
+        dx = np.where(elastic, solution.x, 0.0)
+        de = J[:, :, 0] * solution.a[:, :-1] + J[:, :, 1] * solution.a[:, 1:] + excess
+        pull = np.einsum("kmn,kn->mk", self._problem.L, solution.y)
+        mu = -(solution.a_residual + terms.by_tension[:, :, 1] * pull) / pivot
+        steps = {self._a: solution.a, self._e: de, self._x: dx}
         nu = ee * de + ge
-        share = damping * min(own.max_step(step) for own, step in steps.items())
-        duals = {own: own.dual_steps(step, self._barrier) for own, step in steps.items()}
-        dual_share = damping * min(own.max_dual_step(both) for own, both in duals.items())
-        for own, step in steps.items():
-            own.move(step, share, duals[own], dual_share, self._barrier)
+        share = damping * min(v.max_step(step) for v, step in steps.items())
+        duals = {v: v.dual_steps(step, self._barrier) for v, step in steps.items()}
+        dual_share = damping * min(v.max_dual_step(both) for v, both in duals.items())
+        for v, step in steps.items():
+            v.move(step, share, duals[v], dual_share, self._barrier)
         self._mu += share * (np.where(elastic, mu, 0.0) - self._mu)
         self._nu += share * (nu - self._nu)
-        self._y += share * (found.y - self._y)
+        self._y += share * (solution.y - self._y)
 
     def _result(self, terms: Terms, count: int, is_solved: bool) -> MuscleTrajectory:
         a, e = self._a.value, terms.excitations
@@ -271,7 +271,7 @@ class MuscleTrajectorySolver:
             terms.points[:, :, 1],
             terms.points[:, :, 2],
             terms.torque,
-            self._own.step * self._cost(terms),
+            self._problem.step * self._cost(terms),
             count,
             is_solved,
         )

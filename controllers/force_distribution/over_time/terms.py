@@ -54,46 +54,47 @@ class MuscleTerms:
     """
 
     def __init__(self, problem: MuscleProblem) -> None:
-        self._own = own = problem
-        self._N, self._m, _ = own.L.shape
+        self._problem = problem
+        self._N, self._m, _ = problem.L.shape
         ones = np.ones(self._m)
-        self._scale = np.stack([ones, own.optimal, _SPEED * own.optimal], axis=1)[:, None]
-        self._F = own.force[:, None]
+        self._scale = np.stack([ones, problem.optimal, _SPEED * problem.optimal], axis=1)[:, None]
+        self._F = problem.force[:, None]
         # (a, activation rate) between frames by (a, next a) at the frames
-        self._edge = np.array([[0.5, 0.5], [-1.0 / own.step, 1.0 / own.step]])
-        ends = 1.5 * own.lengths[[0, -1]] - 0.5 * own.lengths[[1, -2]]
-        middle = (own.lengths[1:] + own.lengths[:-1]) / 2.0
+        self._edge = np.array([[0.5, 0.5], [-1.0 / problem.step, 1.0 / problem.step]])
+        ends = 1.5 * problem.lengths[[0, -1]] - 0.5 * problem.lengths[[1, -2]]
+        middle = (problem.lengths[1:] + problem.lengths[:-1]) / 2.0
         self._between = np.concatenate([ends[:1], middle, ends[1:]])
 
     def start(self, a: FloatArray, floor: float) -> FloatArray:
         """Return tendon forces between frames with rigid tendons, at least `floor`."""
-        own = self._own
+        problem = self._problem
         points = np.zeros((self._N, self._m, 5))
-        points[:, :, 0], points[:, :, 3] = a.T, own.lengths
-        points[:, :, 1] = np.maximum(own.rigid_lengths, own.shortest)
-        points[:, :, 2] = own.rigid_rates
-        f = np.maximum(own.model.fibres(points)[:, :, 0] / own.force, floor).T
+        points[:, :, 0], points[:, :, 3] = a.T, problem.lengths
+        points[:, :, 1] = np.maximum(problem.rigid_lengths, problem.shortest)
+        points[:, :, 2] = problem.rigid_rates
+        f = np.maximum(problem.model.fibres(points)[:, :, 0] / problem.force, floor).T
         return np.concatenate([f[:, :1], (f[:, 1:] + f[:, :-1]) / 2.0, f[:, -1:]], axis=1)
 
     def max_tensions(self) -> FloatArray:
         """Return the tendon forces between frames with the shortest fibres, shape (m, N + 1)."""
         points = np.zeros((self._N + 1, self._m, 5))
-        points[:, :, 0], points[:, :, 1], points[:, :, 3] = 0.5, self._own.shortest, self._between
-        return np.asarray(self._own.model.fibres(points)[:, :, 4] / self._own.force).T
+        points[:, :, 0], points[:, :, 3] = 0.5, self._between
+        points[:, :, 1] = self._problem.shortest
+        return np.asarray(self._problem.model.fibres(points)[:, :, 4] / self._problem.force).T
 
     def evaluate(self, a: FloatArray, x: FloatArray) -> Terms:
         """Return the terms of an iterate, shapes (m, N) and (m, N + 1)."""
-        own, h, elastic = self._own, self._own.step, self._own.elastic
-        tendons = own.model.tendons(np.stack([x.T, self._between], axis=2))
+        problem, h, elastic = self._problem, self._problem.step, self._problem.elastic
+        tendons = problem.model.tendons(np.stack([x.T, self._between], axis=2))
         points, fibre = np.zeros((self._N, self._m, 5)), tendons[:, :, 0]
-        points[:, :, 0], points[:, :, 3] = a.T, own.lengths
+        points[:, :, 0], points[:, :, 3] = a.T, problem.lengths
         mean, rate = (fibre[1:] + fibre[:-1]) / 2.0, (fibre[1:] - fibre[:-1]) / h
-        points[:, :, 1] = np.where(elastic, mean, own.rigid_lengths)
-        points[:, :, 2] = np.where(elastic, rate, own.rigid_rates)
-        values = np.swapaxes(own.model.fibres(points), 0, 1)
+        points[:, :, 1] = np.where(elastic, mean, problem.rigid_lengths)
+        points[:, :, 2] = np.where(elastic, rate, problem.rigid_rates)
+        values = np.swapaxes(problem.model.fibres(points), 0, 1)
         inner = points[:-1].copy()
         inner[:, :, 0], inner[:, :, 4] = (a[:, 1:] + a[:, :-1]).T / 2, (a[:, 1:] - a[:, :-1]).T / h
-        inner = np.swapaxes(own.model.fibres(inner), 0, 1)
+        inner = np.swapaxes(problem.model.fibres(inner), 0, 1)
         force, flags = (x[:, 1:] + x[:, :-1]) / 2.0, elastic[:, None]
         tensions = np.where(flags, self._F * force, values[:, :, 0])
         by_x = np.where(elastic, tendons[:, :, 1], 0.0).T
@@ -108,7 +109,7 @@ class MuscleTerms:
             inner[:, :, 10],
             np.where(flags, values[:, :, 0] / self._F - force, 0.0),
             tensions,
-            np.einsum("kmn,mk->kn", own.L, tensions) + own.tau,
+            np.einsum("kmn,mk->kn", problem.L, tensions) + problem.tau,
             local,
             slopes,
             np.where(flags[:, :, None], by_balance, 0.0),
@@ -118,8 +119,8 @@ class MuscleTerms:
         )
 
     def _local(self, by_x: FloatArray) -> FloatArray:
-        relative = by_x / self._own.optimal[:, None]
-        before, after, speed = relative[:, :-1], relative[:, 1:], _SPEED * self._own.step
+        relative = by_x / self._problem.optimal[:, None]
+        before, after, speed = relative[:, :-1], relative[:, 1:], _SPEED * self._problem.step
         local = np.zeros((self._m, self._N, 3, 3))
         local[:, :, 0, 1] = 1.0
         local[:, :, 1, 0], local[:, :, 1, 2] = before / 2.0, after / 2.0
@@ -138,21 +139,21 @@ class MuscleTerms:
             mu: Multipliers of the balance, shape (m, N).
             x: Tendon forces over F0, shape (m, N + 1).
         """
-        own, H = self._own, np.zeros((self._m, self._N, 3, 3))
+        problem, H = self._problem, np.zeros((self._m, self._N, 3, 3))
         for j in (1, 2):
             points = terms.points.copy()
             points[:, :, j] += _DIFFERENCE * self._scale[:, 0, j]
-            moved = self._slopes(np.swapaxes(own.model.fibres(points), 0, 1))
+            moved = self._slopes(np.swapaxes(problem.model.fibres(points), 0, 1))
             H[:, :, :, j] = mu[:, :, None] * (moved - terms.slopes) / _DIFFERENCE
         H[:, :, 1:, 0] = H[:, :, 0, 1:]
         H = 0.5 * (H + np.swapaxes(H, 2, 3))
         H = np.swapaxes(terms.local, 2, 3) @ H @ terms.local
-        tendons = own.model.tendons(np.stack([x.T + _DIFFERENCE, self._between], axis=2))
-        bend = (tendons[:, :, 1].T - terms.by_x) / (_DIFFERENCE * own.optimal[:, None])
-        mean, speed = terms.slopes[:, :, 1] / 2.0, terms.slopes[:, :, 2] / (_SPEED * own.step)
+        tendons = problem.model.tendons(np.stack([x.T + _DIFFERENCE, self._between], axis=2))
+        bend = (tendons[:, :, 1].T - terms.by_x) / (_DIFFERENCE * problem.optimal[:, None])
+        mean, speed = terms.slopes[:, :, 1] / 2.0, terms.slopes[:, :, 2] / (_SPEED * problem.step)
         H[:, :, 0, 0] += mu * (mean - speed) * bend[:, :-1]
         H[:, :, 2, 2] += mu * (mean + speed) * bend[:, 1:]
-        H[~own.elastic] = 0.0
+        H[~problem.elastic] = 0.0
         return H
 
 
