@@ -74,10 +74,10 @@ static void project(dual_newton *s, real *y)
 int is_proof(dual_newton *s, const real *y)
 {
     int is_clean;
-    real *own = s->correction;
-    for (size_t j = 0; j < s->m; j++) own[j] = s->eps[j] > 0 ? 0 : y[j];
-    if (!is_valid_proof(s, own, &is_clean)) return 0;
+    real *y_hard = s->correction;
+    for (size_t j = 0; j < s->m; j++) y_hard[j] = s->eps[j] > 0 ? 0 : y[j];
+    if (!is_valid_proof(s, y_hard, &is_clean)) return 0;
     if (is_clean) return 1;
-    project(s, own);
-    return is_valid_proof(s, own, &is_clean);
+    project(s, y_hard);
+    return is_valid_proof(s, y_hard, &is_clean);
 }

@@ -184,9 +184,9 @@ void dynamics_respond(core *c, const real *impulse, real *change)
         const real *U = c->reaction + 6 * i;
         bodies_parent_acceleration(c, i, c->acceleration, jump);
         const real transmitted = dot3(U, jump) + dot3(U + 3, jump + 3);
-        const real own = change[c->blob.coordinate[i]] = (c->drive[i] - transmitted) / c->pivot[i];
+        const real qdd = change[c->blob.coordinate[i]] = (c->drive[i] - transmitted) / c->pivot[i];
         real *moved = jump + (c->blob.motion[i] == ROTATION ? 0 : 3);
-        for (int k = 0; k < 3; k++) moved[k] += own * c->axis[3 * i + k];
+        for (int k = 0; k < 3; k++) moved[k] += qdd * c->axis[3 * i + k];
     }
 }
 
@@ -203,8 +203,8 @@ static void forward(core *c)
         for (int k = 0; k < 6; k++) acceleration[k] += drift[k];
         const real transmitted = dot3(U, acceleration) + dot3(U + 3, acceleration + 3);
         const real qdd = c->qdd[c->blob.coordinate[i]] = (c->drive[i] - transmitted) / c->pivot[i];
-        real *own = acceleration + (c->blob.motion[i] == ROTATION ? 0 : 3);
-        for (int k = 0; k < 3; k++) own[k] += qdd * c->axis[3 * i + k];
+        real *moved = acceleration + (c->blob.motion[i] == ROTATION ? 0 : 3);
+        for (int k = 0; k < 3; k++) moved[k] += qdd * c->axis[3 * i + k];
     }
 }
 

@@ -69,18 +69,18 @@ void bodies_velocities(core *c, const real *qd)
         const int turns = c->blob.motion[i] == ROTATION;
         const real rate = qd[c->blob.coordinate[i]], *r = c->link + 3 * i;
         const real *w = parent < 0 ? rest : c->spin + 3 * parent;
-        real *spin = c->spin + 3 * i, *velocity = c->velocity + 3 * i, *own = c->slide + 3 * i;
-        for (int k = 0; k < 3; k++) own[k] = rate * c->axis[3 * i + k];
+        real *spin = c->spin + 3 * i, *velocity = c->velocity + 3 * i, *slide = c->slide + 3 * i;
+        for (int k = 0; k < 3; k++) slide[k] = rate * c->axis[3 * i + k];
         memcpy(spin, w, 3 * sizeof(real));
         memcpy(velocity, parent < 0 ? rest : c->velocity + 3 * parent, 3 * sizeof(real));
         add_cross3(velocity, w, r);
-        add3(turns ? spin : velocity, own);
+        add3(turns ? spin : velocity, slide);
 
         real *drift = c->drift + 6 * i;
         memset(drift, 0, 6 * sizeof(real));
         add_centripetal(drift + 3, w, r);
-        add_cross3(turns ? drift : drift + 3, w, own);
-        if (!turns) add_cross3(drift + 3, w, own); /* Coriolis acceleration: factor 2 */
+        add_cross3(turns ? drift : drift + 3, w, slide);
+        if (!turns) add_cross3(drift + 3, w, slide); /* Coriolis acceleration: factor 2 */
     }
     if (c->is_driven) add_second_derivatives(c);
 }

@@ -69,7 +69,7 @@ const real *variables_rates(core *c, const real *qd)
     return c->moved;
 }
 
-void variables_fold(const core *c, real *row, real *own)
+void variables_fold(const core *c, real *row, real *reduced)
 {
     const blob_view *b = &c->blob;
     for (int32_t k = b->counts.variables, t = b->counts.terms; k-- > b->counts.dofs;) {
@@ -78,10 +78,10 @@ void variables_fold(const core *c, real *row, real *own)
         if (row[k] == 0) continue; /* often: a muscle moves few variables */
         for (int32_t i = end; i-- > t;) row[b->term_source[i]] += c->slope[i] * row[k];
     }
-    memcpy(own, row, (size_t)c->blob.counts.dofs * sizeof(real));
+    memcpy(reduced, row, (size_t)c->blob.counts.dofs * sizeof(real));
 }
 
-void variables_fold_matrix(core *c, real *own)
+void variables_fold_matrix(core *c, real *reduced)
 {
     const blob_view *b = &c->blob;
     const size_t dofs = (size_t)c->blob.counts.dofs, width = (size_t)c->blob.counts.variables;
@@ -91,5 +91,5 @@ void variables_fold_matrix(core *c, real *own)
             real *to = c->wide_matrix + (size_t)b->term_source[t] * width;
             for (size_t j = 0; j < width; j++) to[j] += slope * from[j];
         }
-    for (size_t i = 0; i < dofs; i++) variables_fold(c, c->wide_matrix + i * width, own + i * dofs);
+    for (size_t i = 0; i < dofs; i++) variables_fold(c, c->wide_matrix + i * width, reduced + i * dofs);
 }

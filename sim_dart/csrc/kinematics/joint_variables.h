@@ -12,9 +12,9 @@ CORE_INSIDE void variables_move(core *c);
 CORE_INSIDE const real *variables_rates(core *c, const real *qd);
 /* Compute rates = Gamma qd. */
 CORE_INSIDE void variables_follow(const core *c, const real *qd, real *rates);
-/* Compute own = Gamma' row; `row` must not be `own`, and is overwritten. */
-CORE_INSIDE void variables_fold(const core *c, real *row, real *own);
-/* Compute own = Gamma' wide_matrix Gamma; wide_matrix is overwritten. */
-CORE_INSIDE void variables_fold_matrix(core *c, real *own);
+/* Compute reduced = Gamma' row; `row` must not be `reduced`, and is overwritten. */
+CORE_INSIDE void variables_fold(const core *c, real *row, real *reduced);
+/* Compute reduced = Gamma' wide_matrix Gamma; wide_matrix is overwritten. */
+CORE_INSIDE void variables_fold_matrix(core *c, real *reduced);
 
 #endif

@@ -61,7 +61,7 @@ void core_task_jacobian(core *c)
     const size_t dofs = (size_t)c->blob.counts.dofs;
     const size_t width = c->is_driven ? (size_t)c->blob.counts.variables : dofs;
     for (int32_t k = 0; k < c->blob.counts.tasks; k++) {
-        real *own = c->task_jacobian + 3 * (size_t)k * dofs, *rows = c->is_driven ? c->row : own;
+        real *J = c->task_jacobian + 3 * (size_t)k * dofs, *rows = c->is_driven ? c->row : J;
         memset(rows, 0, 3 * width * sizeof(real));
         for (int32_t j = c->blob.task_frame[k]; j >= 0; j = c->blob.parent[j]) {
             const size_t column = (size_t)c->blob.coordinate[j];
@@ -70,7 +70,7 @@ void core_task_jacobian(core *c)
             for (size_t row = 0; row < 3; row++)
                 rows[row * width + column] += rates[row];
         }
-        for (size_t row = 0; row < 3 && c->is_driven; row++) variables_fold(c, rows + row * width, own + row * dofs);
+        for (size_t row = 0; row < 3 && c->is_driven; row++) variables_fold(c, rows + row * width, J + row * dofs);
     }
 }
 

@@ -24,25 +24,25 @@ typedef struct {
 static placed_closure closure_at(const core *c, int32_t k)
 {
     const blob_view *b = &c->blob;
-    placed_closure own = {b->closure_frame[2 * k], b->closure_frame[2 * k + 1], {0}, {0}, {0}};
+    placed_closure closure = {b->closure_frame[2 * k], b->closure_frame[2 * k + 1], {0}, {0}, {0}};
     const int is_point = b->closure_kind[k] == CLOSURE_POINT;
-    tree_direction(c, own.A, b->closure_along + 3 * k, own.u);
-    (is_point ? tree_point : tree_direction)(c, own.A, b->closure_at + 3 * k, own.at);
-    (is_point ? tree_point : tree_direction)(c, own.B, b->closure_other + 3 * k, own.other);
-    return own;
+    tree_direction(c, closure.A, b->closure_along + 3 * k, closure.u);
+    (is_point ? tree_point : tree_direction)(c, closure.A, b->closure_at + 3 * k, closure.at);
+    (is_point ? tree_point : tree_direction)(c, closure.B, b->closure_other + 3 * k, closure.other);
+    return closure;
 }
 
 /* Add the derivatives by all variables of the motion of B relative to A: along a force through a point, and
    about a moment. */
-static void add_rates(const core *c, const placed_closure *own, const real force[3], const real moment[3],
+static void add_rates(const core *c, const placed_closure *closure, const real force[3], const real moment[3],
                       real *row)
 {
-    int32_t A = own->A, B = own->B;
+    int32_t A = closure->A, B = closure->B;
     while (A != B) { /* parents come first: common ancestors are skipped */
         const int32_t j = B > A ? B : A;
         const real *axis = c->axis + 3 * j, *origin = c->origin + 3 * j;
         real about[3] = {moment[0], moment[1], moment[2]};
-        real arm[3] = {own->other[0] - origin[0], own->other[1] - origin[1], own->other[2] - origin[2]};
+        real arm[3] = {closure->other[0] - origin[0], closure->other[1] - origin[1], closure->other[2] - origin[2]};
         add_cross3(about, arm, force);
         const real rate = dot3(axis, c->blob.motion[j] == ROTATION ? about : force);
         row[c->blob.coordinate[j]] += j == B ? rate : -rate;
@@ -55,13 +55,13 @@ static const real NONE[3] = {0, 0, 0};
 
 /* Return the gap of a direction: u.v; or the angle between v and its target, in the plane of the target and
    u, which does not vanish if v points in the opposite direction. `moment` is the axis of the derivative. */
-static real direction_gap(const placed_closure *own, int as_angle, real moment[3])
+static real direction_gap(const placed_closure *closure, int as_angle, real moment[3])
 {
-    const real s = dot3(own->u, own->other), c = dot3(own->at, own->other), square = s * s + c * c;
-    cross3(moment, own->other, own->u);
+    const real s = dot3(closure->u, closure->other), c = dot3(closure->at, closure->other), square = s * s + c * c;
+    cross3(moment, closure->other, closure->u);
     if (!as_angle || value_of(square) < 1e-12) return s;
     real across[3];
-    cross3(across, own->other, own->at);
+    cross3(across, closure->other, closure->at);
     for (int k = 0; k < 3; k++) moment[k] = (c * moment[k] - s * across[k]) / square;
     return arc_tangent(s, c);
 }
@@ -77,15 +77,15 @@ static void move(core *c, int as_angles)
     const size_t dofs = (size_t)c->blob.counts.dofs;
     const size_t width = c->is_driven ? (size_t)c->blob.counts.variables : dofs;
     for (int32_t k = 0; k < c->blob.counts.closures; k++) {
-        const placed_closure own = closure_at(c, k);
+        const placed_closure closure = closure_at(c, k);
         real *row = c->closure_jacobian + (size_t)k * dofs, *wide = c->is_driven ? c->row : row, moment[3];
         memset(wide, 0, width * sizeof(real));
         if (c->blob.closure_kind[k] == CLOSURE_POINT) {
-            c->closure_gap[k] = dot3(own.u, own.other) - dot3(own.u, own.at);
-            add_rates(c, &own, own.u, NONE, wide);
+            c->closure_gap[k] = dot3(closure.u, closure.other) - dot3(closure.u, closure.at);
+            add_rates(c, &closure, closure.u, NONE, wide);
         } else {
-            c->closure_gap[k] = direction_gap(&own, as_angles && is_aligned(c, k), moment);
-            add_rates(c, &own, NONE, moment, wide);
+            c->closure_gap[k] = direction_gap(&closure, as_angles && is_aligned(c, k), moment);
+            add_rates(c, &closure, NONE, moment, wide);
         }
         if (c->is_driven) variables_fold(c, wide, row);
     }
@@ -107,38 +107,39 @@ static void point_motion(const core *c, int32_t frame, const real point[3], real
     memset(velocity, 0, 3 * sizeof(real));
     memset(acceleration, 0, 3 * sizeof(real));
     if (frame < 0) return;
-    const real *origin = c->origin + 3 * frame, *spin = c->spin + 3 * frame, *own = c->acceleration + 6 * frame;
+    const real *origin = c->origin + 3 * frame, *spin = c->spin + 3 * frame, *spatial = c->acceleration + 6 * frame;
     const real arm[3] = {point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]};
     memcpy(velocity, c->velocity + 3 * frame, 3 * sizeof(real));
     add_cross3(velocity, spin, arm);
-    memcpy(acceleration, own + 3, 3 * sizeof(real));
-    add_cross3(acceleration, own, arm);
+    memcpy(acceleration, spatial + 3, 3 * sizeof(real));
+    add_cross3(acceleration, spatial, arm);
     add_centripetal(acceleration, spin, arm);
 }
 
 /* Return u.(a_B - a_A - 2 w_A x (v_B - v_A)), all at the point of B. */
-static real point_bias(const core *c, const placed_closure *own)
+static real point_bias(const core *c, const placed_closure *closure)
 {
     real vA[3], vB[3], aA[3], aB[3], coriolis[3];
-    point_motion(c, own->A, own->other, vA, aA);
-    point_motion(c, own->B, own->other, vB, aB);
+    point_motion(c, closure->A, closure->other, vA, aA);
+    point_motion(c, closure->B, closure->other, vB, aB);
     for (int k = 0; k < 3; k++) vB[k] -= vA[k];
-    cross3(coriolis, own->A < 0 ? NONE : c->spin + 3 * own->A, vB);
-    return dot3(own->u, aB) - dot3(own->u, aA) - 2 * dot3(own->u, coriolis);
+    cross3(coriolis, closure->A < 0 ? NONE : c->spin + 3 * closure->A, vB);
+    return dot3(closure->u, aB) - dot3(closure->u, aA) - 2 * dot3(closure->u, coriolis);
 }
 
 /* Return (alpha_B - alpha_A).(v x u) + (w_B - w_A).((w_B x v) x u + v x (w_A x u)). */
-static real direction_bias(const core *c, const placed_closure *own)
+static real direction_bias(const core *c, const placed_closure *closure)
 {
-    const real *wA = own->A < 0 ? NONE : c->spin + 3 * own->A, *wB = own->B < 0 ? NONE : c->spin + 3 * own->B;
-    const real *aA = own->A < 0 ? NONE : c->acceleration + 6 * own->A;
-    const real *aB = own->B < 0 ? NONE : c->acceleration + 6 * own->B;
+    const real *wA = closure->A < 0 ? NONE : c->spin + 3 * closure->A;
+    const real *wB = closure->B < 0 ? NONE : c->spin + 3 * closure->B;
+    const real *aA = closure->A < 0 ? NONE : c->acceleration + 6 * closure->A;
+    const real *aB = closure->B < 0 ? NONE : c->acceleration + 6 * closure->B;
     real across[3], v_rate[3], u_rate[3], change[3] = {0, 0, 0};
-    cross3(across, own->other, own->u);
-    cross3(v_rate, wB, own->other);
-    cross3(u_rate, wA, own->u);
-    add_cross3(change, v_rate, own->u);
-    add_cross3(change, own->other, u_rate);
+    cross3(across, closure->other, closure->u);
+    cross3(v_rate, wB, closure->other);
+    cross3(u_rate, wA, closure->u);
+    add_cross3(change, v_rate, closure->u);
+    add_cross3(change, closure->other, u_rate);
     return dot3(aB, across) - dot3(aA, across) + dot3(wB, change) - dot3(wA, change);
 }
 
@@ -150,9 +151,9 @@ void closures_bias(core *c)
         for (int k = 0; k < 6; k++) acceleration[k] += c->drift[6 * i + k];
     }
     for (int32_t k = 0; k < c->blob.counts.closures; k++) {
-        const placed_closure own = closure_at(c, k);
+        const placed_closure closure = closure_at(c, k);
         const int is_point = c->blob.closure_kind[k] == CLOSURE_POINT;
-        c->closure_bias[k] = is_point ? point_bias(c, &own) : direction_bias(c, &own);
+        c->closure_bias[k] = is_point ? point_bias(c, &closure) : direction_bias(c, &closure);
     }
 }
 

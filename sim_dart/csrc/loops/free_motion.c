@@ -45,17 +45,17 @@ static real find_pivot(core *c, const real *dependent, int32_t rank, int32_t *ro
 static void eliminate(core *c, int32_t rank, int32_t pivot, int32_t j)
 {
     const int32_t width = c->blob.counts.dofs + 1;
-    real *own = row_of(c, rank), *chosen = row_of(c, pivot);
+    real *solved = row_of(c, rank), *chosen = row_of(c, pivot);
     const real size = chosen[j];
     for (int32_t i = 0; i < width; i++) {
         const real value = chosen[i] / size;
-        chosen[i] = own[i];
-        own[i] = value;
+        chosen[i] = solved[i];
+        solved[i] = value;
     }
     for (int32_t k = 0; k < c->blob.counts.closures; k++) {
         real *row = row_of(c, k);
         const real factor = row[j];
-        for (int32_t i = 0; k != rank && i < width; i++) row[i] -= factor * own[i];
+        for (int32_t i = 0; k != rank && i < width; i++) row[i] -= factor * solved[i];
     }
 }
 

@@ -12,7 +12,7 @@
 CORE_INSIDE int all_finite(const real *values, size_t count);
 
 /* Check points, or other vectors that are fixed to frames. Return 0, or write a message and return nonzero. */
-CORE_INSIDE int check_points(const char *what, const int32_t *frame, const real *position, int32_t points,
+CORE_INSIDE int check_points(const char *label, const int32_t *frame, const real *position, int32_t points,
                              int32_t dofs, char *message, size_t capacity);
 
 #endif

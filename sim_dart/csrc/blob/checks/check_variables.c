@@ -3,12 +3,12 @@
 #include "check_points.h"
 #include "../message.h"
 
-/* Check function `t` of the sum for variable `own`. Return its number of coefficients, or -1. */
-static int32_t term_numbers(const blob_view *b, int32_t t, int32_t own, int32_t left, char *message,
+/* Check function `t` of the sum for variable `variable`. Return its number of coefficients, or -1. */
+static int32_t term_numbers(const blob_view *b, int32_t t, int32_t variable, int32_t left, char *message,
                             size_t capacity)
 {
     const int32_t size = b->term_size[t], each = b->term_kind[t] == TERM_PIECES ? PIECE_NUMBERS : 1;
-    if (b->term_source[t] < 0 || b->term_source[t] >= own)
+    if (b->term_source[t] < 0 || b->term_source[t] >= variable)
         return reject(message, capacity, "function %d: its variable %d does not come before it", (int)t,
                       (int)b->term_source[t]), -1;
     if (b->term_kind[t] < 0 || b->term_kind[t] >= TERMS || size < 1 || size > left / each)

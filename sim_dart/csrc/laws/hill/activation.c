@@ -57,9 +57,9 @@ real activation_rate(const real *k, real a, real u)
 
 void activation_inverse(const real *k, real a, real rate, real value[3])
 {
-    const real slowness = 0.5 + 1.5 * a, own = k[HILL_SMOOTHING];
+    const real slowness = 0.5 + 1.5 * a, smoothing = k[HILL_SMOOTHING];
     const real rise = k[HILL_RISE] / slowness, fall = slowness * k[HILL_FALL];
-    const real sharp = own == 0 || value_of(own) > MAX_SMOOTHING ? SMOOTHING : own;
+    const real sharp = smoothing == 0 || value_of(smoothing) > MAX_SMOOTHING ? SMOOTHING : smoothing;
     real away = 2 * rate / (rise + fall), slope = 1, rising = 0.5;
     for (int i = 0; i < INVERSE_STEPS; i++) {
         const real t = hyperbolic_tangent(sharp * away);

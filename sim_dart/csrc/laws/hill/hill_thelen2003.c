@@ -50,10 +50,10 @@ static real thelen_hyperbola(const real *k, real w, real *slope)
    straight line. */
 static real thelen_velocity(const real *k, real w, real *slope)
 {
-    real own;
-    const real inside = clamped(w, -1, k[THELEN_LINEAR_FROM]), y = thelen_hyperbola(k, inside, &own);
-    if (slope) *slope = own;
-    return y + own * (w - inside);
+    real inner_slope;
+    const real inside = clamped(w, -1, k[THELEN_LINEAR_FROM]), y = thelen_hyperbola(k, inside, &inner_slope);
+    if (slope) *slope = inner_slope;
+    return y + inner_slope * (w - inside);
 }
 
 static real thelen_passive(const real *k, real x, real *slope)
