@@ -206,10 +206,10 @@ class _RobotBuilder:
 
     def _find_tree(self, edges: Edges) -> Tree:
         snapshot, links = self._snapshot, self._links
-        held = [e for e in edges.held if all(link in links.names for link in e.links)]
+        grounding = [e for e in edges.grounding if all(link in links.names for link in e.links)]
         grounded = [n for n in grounded_links(snapshot, links) if n in links.names]
         pinned = pinned_links(snapshot, links)
-        graph = Graph(links.names, edges.joints, held, edges.cut, grounded, pinned)
+        graph = Graph(links.names, edges.joints, grounding, edges.cut, grounded, pinned)
         return find_tree(graph, snapshot.settings, snapshot.name)
 
     def _muscles(self, table: MuscleTable) -> RobotMuscles:

@@ -19,21 +19,21 @@ def override_masses(
     parts: Mapping[str, Part], settings: ExportSettings
 ) -> tuple[dict[str, Part], list[Finding]]:
     """Return the links with the chosen masses and proportionally scaled inertias."""
-    made, findings = dict(parts), list(_invalid_settings("link", settings.of_links, parts))
+    links, findings = dict(parts), list(_invalid_settings("link", settings.of_links, parts))
     findings += _equal_names(settings, parts)
     for chosen in settings.of_links:
         part = parts.get(chosen.link)
         if part is None or chosen.mass is None or not 0.0 < chosen.mass < math.inf:
             continue
         if part.mass > 0.0:
-            made[chosen.link] = _scaled(part, chosen.mass)
+            links[chosen.link] = _scaled(part, chosen.mass)
         else:
             problem = (
                 f"has no mass in the design, so its mass cannot be set to {chosen.mass:g} kg: its "
                 "centre of mass is unknown; give its bodies a material"
             )
             findings.append(warning(Subject("link", chosen.link), "mass-not-set", problem))
-    return made, findings
+    return links, findings
 
 
 def _equal_names(settings: ExportSettings, links: Collection[str]) -> Iterator[Finding]:
@@ -53,11 +53,11 @@ def override_joint_settings(
     """Return the joints with the chosen effort, velocity, damping and friction."""
     chosen = {each.joint: each for each in settings.of_joints}
     names = [c.name for joint in joints for c in joint.coordinates]
-    made = tuple(
+    changed = tuple(
         replace(joint, coordinates=tuple(_apply(c, chosen.get(c.name)) for c in joint.coordinates))
         for joint in joints
     )
-    return made, list(_invalid_settings("joint", settings.of_joints, names))
+    return changed, list(_invalid_settings("joint", settings.of_joints, names))
 
 
 def _scaled(part: Part, mass: float) -> Part:

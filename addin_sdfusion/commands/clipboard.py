@@ -55,7 +55,7 @@ def _run(which: int, text: str) -> str:
     if system not in PROGRAMS:
         raise InputError("The clipboard is not available on this system; use a file.")
     try:
-        given = subprocess.check_output(
+        output = subprocess.check_output(
             PROGRAMS[system][which],
             input=text.encode(),
             stderr=subprocess.DEVNULL,
@@ -65,4 +65,4 @@ def _run(which: int, text: str) -> str:
         )
     except (OSError, subprocess.SubprocessError) as error:
         raise InputError(f"The clipboard cannot be used ({error}); use a file.") from None
-    return given.decode(errors="replace").removeprefix("\ufeff")
+    return output.decode(errors="replace").removeprefix("\ufeff")

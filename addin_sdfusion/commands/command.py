@@ -108,12 +108,12 @@ class Command:
         self._kept_by_window.clear()
 
     def _connect(
-        self, sender: Any, event: str, work: Callable[[Any], None], kept: list[Any]
+        self, sender: Any, event: str, work: Callable[[Any], None], handlers: list[Any]
     ) -> None:
         base = getattr(adsk.core, _HANDLERS[event])
         handler = type(_HANDLERS[event], (base,), {"notify": lambda _, args: work(args)})()
         getattr(sender, event).add(handler)
-        kept.append(handler)
+        handlers.append(handler)
 
     def _open(self, args: Any) -> None:
         self._window = None

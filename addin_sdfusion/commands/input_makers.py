@@ -15,26 +15,26 @@ _MAX_VALUE = 1e9
 
 
 def _group(inputs: Any, item: Input) -> Any:
-    made = inputs.addGroupCommandInput(item.id, item.label)
-    made.isExpanded = not item.collapsed
-    return made
+    group = inputs.addGroupCommandInput(item.id, item.label)
+    group.isExpanded = not item.collapsed
+    return group
 
 
 def _selection(inputs: Any, item: Input) -> Any:
-    made = inputs.addSelectionInput(item.id, item.label, item.prompt)
+    selection = inputs.addSelectionInput(item.id, item.label, item.prompt)
     for name in item.filters:
-        made.addSelectionFilter(name)
-    made.setSelectionLimits(0, 0)
-    if hasattr(made, "isUseCurrentSelections"):  # since November 2024
-        made.isUseCurrentSelections = False
-    return made
+        selection.addSelectionFilter(name)
+    selection.setSelectionLimits(0, 0)
+    if hasattr(selection, "isUseCurrentSelections"):  # since November 2024
+        selection.isUseCurrentSelections = False
+    return selection
 
 
 def _dropdown(inputs: Any, item: Input) -> Any:
     style = adsk.core.DropDownStyles.TextListDropDownStyle
-    made = inputs.addDropDownCommandInput(item.id, item.label, style)
-    fill_items(made.listItems, item.options, str(item.value))
-    return made
+    dropdown = inputs.addDropDownCommandInput(item.id, item.label, style)
+    fill_items(dropdown.listItems, item.options, str(item.value))
+    return dropdown
 
 
 def _choices(inputs: Any, item: Input) -> Any:
@@ -56,9 +56,9 @@ def _check(inputs: Any, item: Input) -> Any:
 
 
 def _button(inputs: Any, item: Input) -> Any:
-    made = inputs.addBoolValueInput(item.id, item.label, False, "", False)
-    optional(lambda: setattr(made, "text", item.label))  # otherwise only the name is shown
-    return made
+    button = inputs.addBoolValueInput(item.id, item.label, False, "", False)
+    optional(lambda: setattr(button, "text", item.label))  # otherwise only the name is shown
+    return button
 
 
 def _text(inputs: Any, item: Input) -> Any:
@@ -67,10 +67,10 @@ def _text(inputs: Any, item: Input) -> Any:
 
 def _table(inputs: Any, item: Input) -> Any:
     ratio = ":".join(map(str, item.widths))
-    made = inputs.addTableCommandInput(item.id, item.label, len(item.columns), ratio)
-    made.minimumVisibleRows = min(3, item.rows)
-    made.maximumVisibleRows = item.rows
-    return made
+    table = inputs.addTableCommandInput(item.id, item.label, len(item.columns), ratio)
+    table.minimumVisibleRows = min(3, item.rows)
+    table.maximumVisibleRows = item.rows
+    return table
 
 
 MAKERS: dict[str, Callable[[Any, Input], Any]] = {

@@ -61,10 +61,10 @@ class Inputs:
             added.tooltip = item.label or item.id
             added.tooltipDescription = item.tooltip
         for child in item.children:
-            below = inputs if item.kind == "table" else added.children
-            made = self._add(below, child)
+            parent = inputs if item.kind == "table" else added.children
+            child_input = self._add(parent, child)
             if item.kind == "table":
-                added.addToolbarCommandInput(made)
+                added.addToolbarCommandInput(child_input)
         if item.kind == "table":
             self._tables[item.id] = TableInput(added, item, self._folder)
         return added

@@ -86,19 +86,19 @@ class TableInput:
 
     def _put(self, row: int, column: int, place: str, cell: Cell) -> None:
         inputs, name = self._table.commandInputs, f"{self.id}__{place}"
-        made: Any
+        field: Any
         if cell.icon:
-            made = inputs.addBoolValueInput(name, "", False, str(self._icons / cell.icon), False)
-            made.tooltipDescription = str(cell.value)
+            field = inputs.addBoolValueInput(name, "", False, str(self._icons / cell.icon), False)
+            field.tooltipDescription = str(cell.value)
         elif cell.lines:
-            made = inputs.addTextBoxCommandInput(name, "", cell_html(cell), cell.lines, True)
+            field = inputs.addTextBoxCommandInput(name, "", cell_html(cell), cell.lines, True)
         elif cell.options:
             style = adsk.core.DropDownStyles.TextListDropDownStyle
-            made = inputs.addDropDownCommandInput(name, "", style)
-            fill_items(made.listItems, cell.options, str(cell.value))
+            field = inputs.addDropDownCommandInput(name, "", style)
+            fill_items(field.listItems, cell.options, str(cell.value))
         elif isinstance(cell.value, int):
-            made = inputs.addIntegerSpinnerCommandInput(name, "", 0, 10**6, 1, cell.value)
+            field = inputs.addIntegerSpinnerCommandInput(name, "", 0, 10**6, 1, cell.value)
         else:
-            made = inputs.addStringValueInput(name, "", cell.value)
-            made.isReadOnly = not cell.editable
-        self._table.addCommandInput(made, row, column)
+            field = inputs.addStringValueInput(name, "", cell.value)
+            field.isReadOnly = not cell.editable
+        self._table.addCommandInput(field, row, column)

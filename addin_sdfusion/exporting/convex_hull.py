@@ -51,9 +51,9 @@ def convex_hull(points: Iterable[Vector3]) -> Hull | None:
     Returns:
         The hull; None for fewer than four points, or collinear or coplanar points.
     """
-    given = list(dict.fromkeys(points))
-    wholes = _on_grid(given)
-    places = {whole: i for i, whole in reversed(list(enumerate(wholes)))}
+    distinct = list(dict.fromkeys(points))
+    on_grid = _on_grid(distinct)
+    places = {point: i for i, point in reversed(list(enumerate(on_grid)))}
     unique = sorted(places)
     start = _tetrahedron(unique)
     if start is None:
@@ -64,7 +64,7 @@ def convex_hull(points: Iterable[Vector3]) -> Hull | None:
     triangles = (
         _normalize_triangle(*(numbers[places[unique[i]]] for i in facet)) for facet in facets
     )
-    return Hull(tuple(given[i] for i in order), tuple(sorted(triangles)))
+    return Hull(tuple(distinct[i] for i in order), tuple(sorted(triangles)))
 
 
 def _normalize_triangle(a: int, b: int, c: int) -> _Triple:
@@ -180,7 +180,7 @@ class _Quickhull:
     """
 
     def __init__(self, points: Sequence[_Triple], start: tuple[int, int, int, int]) -> None:
-        self._wholes = points
+        self._points_on_grid = points
         self._points: list[Vector3] = [(float(x), float(y), float(z)) for x, y, z in points]
         a, b, c, d = start
         triples = ((a, b, c), (a, d, b), (b, d, c), (c, d, a))
@@ -279,11 +279,11 @@ class _Quickhull:
 
     def _exact_height(self, facet: _Facet, point: int) -> int:
         if facet.exact is None:
-            a, b, c = (self._wholes[i] for i in facet.corners)
+            a, b, c = (self._points_on_grid[i] for i in facet.corners)
             normal = _cross(_minus(b, a), _minus(c, a))
             facet.exact = normal, _dot(normal, a)
         normal, offset = facet.exact
-        return _dot(normal, self._wholes[point]) - offset
+        return _dot(normal, self._points_on_grid[point]) - offset
 
 
 def _minus(a: _Triple, b: _Triple) -> _Triple:

@@ -146,9 +146,9 @@ def export_built(
         export = _Export(built, settings, replacement, progress or no_progress, experiment)
         findings = export.write()
         before = read_contents(replacement.folder)
-        files, kept = replacement.commit(after)
+        files, kept_findings = replacement.commit(after)
     changed = None if before is None else tuple(changes(before, after))
-    return Exported(files, sort_findings([*findings, *kept]), changed, export.losses)
+    return Exported(files, sort_findings([*findings, *kept_findings]), changed, export.losses)
 
 
 class _Export:
@@ -221,15 +221,15 @@ class _Export:
     def _with_mesh(self, link: Link, stem: str) -> Link:
         bodies = self._built.bodies_of_link.get(link.name, ())
         T_link_world = inverse(self._built.T_world_link[link.name]) if bodies else IDENTITY
-        made = link_meshes(link.name, stem, bodies, T_link_world, self._settings)
-        self._findings += made.findings
-        for path, content in made.files.items():
+        exported = link_meshes(link.name, stem, bodies, T_link_world, self._settings)
+        self._findings += exported.findings
+        for path, content in exported.files.items():
             file = self._folder / path
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(content)
         root = f"model://{self._model}"  # Gazebo finds a model by the name of its folder
-        meshes = (replace(mesh, uri=f"{root}/{mesh.uri}") for mesh in made.meshes)
-        return replace(link, meshes=tuple(meshes), shapes=made.shapes)
+        meshes = (replace(mesh, uri=f"{root}/{mesh.uri}") for mesh in exported.meshes)
+        return replace(link, meshes=tuple(meshes), shapes=exported.shapes)
 
     def _write_experiment(self, robot: Robot) -> None:
         self._findings += simulation_findings(robot)

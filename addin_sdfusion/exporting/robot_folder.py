@@ -85,13 +85,13 @@ def _prepare(folder: Path, part: Path) -> None:
         (part / name).mkdir(parents=True)
 
 
-def _tidy(part: Path, made: list[Path]) -> None:
+def _tidy(part: Path, created: list[Path]) -> None:
     """Remove the subfolder, and the created folders if they are empty."""
     if (part / JOURNAL).exists():
         return  # neither completed nor undone; the next export recovers
     shutil.rmtree(part, ignore_errors=True)
     with suppress(OSError):
-        for path in made:
+        for path in created:
             path.rmdir()
 
 
@@ -127,14 +127,14 @@ class Replacement:
         """
         old_marks = read_manifest(self.folder)
         marks = {path: digest((self.new / path).read_bytes()) for path in _files(self.new)}
-        theirs = self._keep_experiment(old_marks, marks)
+        of_experiment = self._keep_experiment(old_marks, marks)
         stale = [path for path in old_marks if path not in marks and (self.folder / path).exists()]
         old = [*stale, *self._to_replace(old_marks, marks, stale)]
         moves = [move for path in old for move in self._moves_to_remove(path, old_marks[path])]
         if (self.folder / MANIFEST).exists():
             moves.append((MANIFEST, f"{PART}/old/{MANIFEST}"))
         moves += [(f"{PART}/new/{path}", path) for path in _files(self.new)]
-        text = manifest_text(marks | theirs, contents)
+        text = manifest_text(marks | of_experiment, contents)
         (self.new / MANIFEST).write_text(text, encoding="utf-8", newline="\n")
         moves.append((f"{PART}/new/{MANIFEST}", MANIFEST))
         move_all(self.folder, self._part, moves)
@@ -220,14 +220,14 @@ class Replacement:
         old = f"{PART}/old/{path}"
         if digest((self.folder / path).read_bytes()) == mark:
             return [(path, old)]
-        kept = f"{path}.bak"
+        backup = f"{path}.bak"
         number = 2
-        while os.path.lexists(self.folder / kept):
-            kept = f"{path}.bak{number}"
+        while os.path.lexists(self.folder / backup):
+            backup = f"{path}.bak{number}"
             number += 1
-        problem = f"it was changed after the previous export; the changed file is now {kept}"
+        problem = f"it was changed after the previous export; the changed file is now {backup}"
         self._warn(path, "changed-file-kept", problem)
-        return [(path, old), (old, kept)]
+        return [(path, old), (old, backup)]
 
     def _warn(self, path: str, code: str, problem: str) -> None:
         self._findings.append(warning(Subject("file", path), code, problem))

@@ -17,8 +17,8 @@ _WINDOWS_INVALID = frozenset('<>:"/\\|?*')
 def safe_name(name: str) -> str:
     """Return a name for use in a file name; all but letters, digits, `_` and `-` become `_`."""
     name = unicodedata.normalize("NFC", name)  # macOS and Linux encode accents differently
-    kept = (sign if sign.isalnum() or sign in "_-" else "_" for sign in name)
-    safe = "".join(kept)[:MAX_NAME]
+    allowed = (sign if sign.isalnum() or sign in "_-" else "_" for sign in name)
+    safe = "".join(allowed)[:MAX_NAME]
     if not safe or _DEVICES.fullmatch(safe):
         safe = f"_{safe}"
     return safe
@@ -30,17 +30,17 @@ def safe_names(names: Iterable[str]) -> dict[str, str]:
     Args:
         names: Unique names. If two safe names are equal, the first name keeps it.
     """
-    taken: set[str] = set()
-    given = {}
+    used: set[str] = set()
+    safe_of = {}
     for name in names:
         stem = safe = safe_name(name)
         number = 2
-        while safe.casefold() in taken:
+        while safe.casefold() in used:
             safe = f"{stem}_{number}"
             number += 1
-        taken.add(safe.casefold())
-        given[name] = safe
-    return given
+        used.add(safe.casefold())
+        safe_of[name] = safe
+    return safe_of
 
 
 def is_unsafe_name(name: str) -> bool:

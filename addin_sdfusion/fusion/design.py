@@ -112,8 +112,8 @@ class _DesignReader:
             parts, bodies = weigher.in_root_frame(parts, bodies)
         keys = Keys(occurrences.values())
         places = Places(design, occurrences)
-        held = attributes_of_designs(attributes, occurrences, places)
-        instances = Instances(held, self._name(), notes)
+        of_designs = attributes_of_designs(attributes, occurrences, places)
+        instances = Instances(of_designs, self._name(), notes)
         points = [
             instances.point(point)
             for occurrence in occurrences.values()
@@ -125,8 +125,8 @@ class _DesignReader:
         if occurrences:
             hidden = read_hidden_points(design, visible, notes)
             notes.attempt(self._subject, "hidden points", points.extend, hidden)
-        kept = read_kept(held, occurrences, places, notes)
-        points += [instances.point(point, path) for path, point in kept]
+        stored = read_kept(of_designs, occurrences, places, notes)
+        points += [instances.point(point, path) for path, point in stored]
         groups = self._read_named("group", read_groups, occurrences)
         joints = self._read_named("joint", read_joints, occurrences)
         by_place = {(path, joint.name, joint.as_built): named for path, joint, named in joints}

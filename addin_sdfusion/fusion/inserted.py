@@ -28,28 +28,28 @@ def attributes_of_designs(
     attributes: Mapping[str, str], occurrences: Occurrences, places: Places
 ) -> Held:
     """Return the attributes of the open design and of all inserted designs."""
-    held: Held = [("", attributes)]
+    of_designs: Held = [("", attributes)]
     for path, occurrence in occurrences.items():
         if places.is_inserted(path):
             inserted = optional(lambda: own_attributes(occurrence.component.parentDesign))  # noqa: B023
             if inserted:
-                held.append((path, inserted))
-    return held
+                of_designs.append((path, inserted))
+    return of_designs
 
 
 def read_kept(
-    held: Held, occurrences: Occurrences, places: Places, notes: Notes
+    of_designs: Held, occurrences: Occurrences, places: Places, notes: Notes
 ) -> Iterator[tuple[str, PointSnapshot]]:
     """Yield the points that are stored in designs, with the path of the inserted design.
 
     Records that cannot be read are yielded as lost points if their muscle is known.
     """
-    for path, attributes in held:
+    for path, attributes in of_designs:
         for number, plain in enumerate(_stored_items(path, attributes, notes)):
             entity = f"{KEPT}{path}/{number}"
             where = f"{POINTS}[{number}]"
             try:
-                kept = read_kept_point(plain, where)
+                record = read_kept_point(plain, where)
             except InputError as error:
                 subject = Subject("design", path or "root")
                 message = f"a point stored in the design cannot be read ({error}); it is kept"
@@ -59,28 +59,28 @@ def read_kept(
                     why = f"its record cannot be read ({error})"
                     yield path, PointSnapshot(_name(use), "", (0.0, 0.0, 0.0), entity, use, "", why)
                 continue
-            yield path, _kept_point(kept, path, entity, occurrences, places, notes)
+            yield path, _kept_point(record, path, entity, occurrences, places, notes)
 
 
 def _kept_point(
-    kept: KeptPoint,
+    record: KeptPoint,
     path: str,
     entity: str,
     occurrences: Occurrences,
     places: Places,
     notes: Notes,
 ) -> PointSnapshot:
-    found = places.find(kept.use.place, kept.occurrence, path)
-    name = _name(kept.use)
-    if kept.use.extra:
-        new = newer_record(f"point {name!r}", kept.use.extra, ("point", name))
+    found = places.find(record.use.place, record.occurrence, path)
+    name = _name(record.use)
+    if record.use.extra:
+        new = newer_record(f"point {name!r}", record.use.extra, ("point", name))
         notes.findings.append(new)
-    use = replace(kept.use, occurrence=found.path, place=())
+    use = replace(record.use, occurrence=found.path, place=())
     if found.lost:
-        return PointSnapshot(name, found.path, kept.position, entity, use, "", found.lost)
+        return PointSnapshot(name, found.path, record.position, entity, use, "", found.lost)
     if found.is_moved:
-        note_moved(Subject("point", name), kept.occurrence, found.path, notes)
-    place = occurrences[found.path].T.apply(kept.position)
+        note_moved(Subject("point", name), record.occurrence, found.path, notes)
+    place = occurrences[found.path].T.apply(record.position)
     return PointSnapshot(name, found.path, place, entity, use)
 
 

@@ -25,25 +25,28 @@ class Instances:
         muscles: Muscles of the open design, then of the inserted designs.
     """
 
-    def __init__(self, held: Held, design: str, notes: Notes) -> None:
+    def __init__(self, of_designs: Held, design: str, notes: Notes) -> None:
         """Read the lists of muscles of all designs."""
         (_, of_open_design), *inserted = (
             (path, stored_muscles(attributes, path or design, notes.findings))
-            for path, attributes in held
+            for path, attributes in of_designs
         )
         self._listed = {path: {m.name for m in listed} for path, listed in inserted if listed}
-        self._given: dict[tuple[str, str, str], str] = {}
-        self._taken: dict[str, set[str]] = {"muscle": set().union(*self._listed.values())}
+        self._unique: dict[tuple[str, str, str], str] = {}
+        self._used: dict[str, set[str]] = {"muscle": set().union(*self._listed.values())}
         known = {m.name for m in of_open_design}
-        found = dict[str, MuscleSnapshot]()
+        by_name = dict[str, MuscleSnapshot]()
         for path, listed in inserted:
             for muscle in listed:
                 name = self._name("muscle", muscle.name, path)
-                found[name] = replace(muscle, name=name)
+                by_name[name] = replace(muscle, name=name)
                 if name != muscle.name:
                     message = _rename_message(path, muscle.name, name)
                     notes.warn(Subject("muscle", muscle.name), "same-name", message)
-        self.muscles = (*of_open_design, *(m for name, m in found.items() if name not in known))
+        self.muscles = (
+            *of_open_design,
+            *(m for name, m in by_name.items() if name not in known),
+        )
 
     def point(self, point: PointSnapshot, design: str | None = None) -> PointSnapshot:
         """Return a point with names of the open design.
@@ -86,12 +89,12 @@ class Instances:
     def _name(self, kind: str, name: str, path: str) -> str:
         """Return the unique name of a muscle, point or surface; the first one keeps its name."""
         key = kind, name, path
-        if key not in self._given:
-            taken = self._taken.setdefault(kind, set())
-            is_first = not any(k[:2] == key[:2] for k in self._given)
-            self._given[key] = name if is_first else free_name(name, taken)
-            taken.add(self._given[key])
-        return self._given[key]
+        if key not in self._unique:
+            used = self._used.setdefault(kind, set())
+            is_first = not any(k[:2] == key[:2] for k in self._unique)
+            self._unique[key] = name if is_first else free_name(name, used)
+            used.add(self._unique[key])
+        return self._unique[key]
 
 
 def _rename_message(path: str, name: str, new: str) -> str:

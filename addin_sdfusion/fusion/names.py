@@ -24,14 +24,14 @@ def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Note
     """Return the items with unique names: the first keeps its name, the others are numbered."""
     pairs = list(found)
     count = Counter(item.name for _, item in pairs)
-    taken = set(count)
+    used = set(count)
     seen: set[str] = set()
-    made: list[Named] = []
+    named: list[Named] = []
     for path, item in pairs:
         name = item.name
         if name in seen:
-            name = free_name(name, taken)
-            taken.add(name)
+            name = free_name(name, used)
+            used.add(name)
             message = (
                 f"{kind} {item.name!r} of {path or 'the root component'} is called {name!r} in the "
                 f"robot: {count[item.name]} have this name, because they are in different "
@@ -42,14 +42,14 @@ def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Note
             ):  # the names of other items are not exported
                 notes.warn(Subject(kind, item.name), "same-name", message)
         seen.add(item.name)
-        made.append(replace(item, name=name))
-    return made
+        named.append(replace(item, name=name))
+    return named
 
 
-def free_name(name: str, taken: Collection[str]) -> str:
+def free_name(name: str, used: Collection[str]) -> str:
     """Return a name with the smallest numeric suffix that makes it unique."""
     number = 2
-    while f"{name}_{number}" in taken:
+    while f"{name}_{number}" in used:
         number += 1
     return f"{name}_{number}"
 
@@ -64,13 +64,13 @@ class Keys:
 
     def __init__(self, occurrences: Iterable[Occurrence]) -> None:
         self._components: dict[tuple[str, str], str] = {}
-        taken: dict[str, int] = {}
+        count: dict[str, int] = {}
         for occurrence in occurrences:
             component = identity(occurrence)
             if component not in self._components:
                 name = component[1]
-                taken[name] = taken.get(name, 0) + 1
-                self._components[component] = name if taken[name] == 1 else f"{name}#{taken[name]}"
+                count[name] = count.get(name, 0) + 1
+                self._components[component] = name if count[name] == 1 else f"{name}#{count[name]}"
 
     def key(self, occurrence: Occurrence, name: str, number: int = 0) -> str:
         """Return the key of an entity of the component of an occurrence."""

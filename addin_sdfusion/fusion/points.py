@@ -33,30 +33,30 @@ def read_points(
         occurrence, lambda: component.constructionPoints, notes, "point"
     ):
         subject = subject_in(occurrence, "point", name)
-        held = notes.attempt(subject, "attributes", own_attributes, native)
-        if not held and not is_point_name(name):
+        attributes = notes.attempt(subject, "attributes", own_attributes, native)
+        if not attributes and not is_point_name(name):
             continue
         problem = notes.attempt(subject, "state", problem_of, native, subject, notes)
         read = notes.attempt(subject, "position", _positions, occurrence, native, proxy)
         if read is not None:
-            use, lost = _use(held or {}, name, occurrence, places, notes)
+            use, lost = _use(attributes or {}, name, occurrence, places, notes)
             found.append((name, read, use, problem or "", lost))
     count: dict[str, int] = {}
     # Sorted by position in the component, which is the same in every occurrence.
     found.sort(key=lambda point: (point[0], point[1][0]))
-    for name, (_, there), use, problem, lost in found:
+    for name, (_, in_root), use, problem, lost in found:
         number = count[name] = count.get(name, -1) + 1
         key = keys.key(occurrence, name, number)
-        yield PointSnapshot(name, occurrence.path, there, key, use, problem, lost)
+        yield PointSnapshot(name, occurrence.path, in_root, key, use, problem, lost)
 
 
 def _use(
-    held: dict[str, str], name: str, occurrence: Occurrence, places: Places, notes: Notes
+    attributes: dict[str, str], name: str, occurrence: Occurrence, places: Places, notes: Notes
 ) -> tuple[PointUse | None, str]:
     """Return the stored use of a point, and the reason if its occurrence is unknown."""
-    use = stored_point(held, name, notes.findings)
+    use = stored_point(attributes, name, notes.findings)
     if use is None:
-        bad = partial_use(_plain(held.get(POINT, "")))
+        bad = partial_use(_plain(attributes.get(POINT, "")))
         return bad, "its record cannot be read" if bad else ""
     scope = places.scope(occurrence.path)
     if not (use.place or use.occurrence):

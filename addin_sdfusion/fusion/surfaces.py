@@ -53,22 +53,22 @@ def read_surfaces(
     read = notes.attempt(subject, "attributes", lambda: list(design.findAttributes(GROUP, WRAP)))
     faces = [face for attribute in read or () for face in _faces(attribute, notes)]
     for body in _by_body(faces, subject, notes):
-        here = [
+        with_body = [
             occurrence
             for occurrence in occurrences
             if notes.attempt(subject, "component", eq, occurrence.component, body.component)
         ]
-        if not here:
+        if not with_body:
             yield from _hidden(body, notes)
-        for occurrence in here:
+        for occurrence in with_body:
             yield from _in_occurrence(occurrence, body, keys, places, notes)
 
 
 def _hidden(body: _Body, notes: Notes) -> Iterator[SurfaceSnapshot]:
     """Yield the wrap surfaces of a body whose component has no occurrence, as lost surfaces."""
     component = body.component
-    for number, (_, held) in enumerate(body.faces):
-        use = stored_surface(held, body.name, notes.findings)
+    for number, (_, attributes) in enumerate(body.faces):
+        use = stored_surface(attributes, body.name, notes.findings)
         if use is not None:
             where = use.occurrence or str(component.name)
             is_copy = use.place and use.place[-1].component != component_id(component)
@@ -122,13 +122,13 @@ def _in_occurrence(
 ) -> Iterator[SurfaceSnapshot]:
     """Yield the wrap surfaces of one body in one occurrence."""
     faces = []
-    for face, held in body.faces:
+    for face, attributes in body.faces:
         subject = Subject("wrap_surface", occurrence.named(body.name))
         pair = notes.attempt(subject, "face", _surface, occurrence, face, todo=_AGAIN)
         if pair is not None:
             point, surface = pair
-            use = stored_surface(held, occurrence.path or body.name, notes.findings)
-            faces.append(((held.get(WRAP, ""), point), _placed(surface, use, places, notes)))
+            use = stored_surface(attributes, occurrence.path or body.name, notes.findings)
+            faces.append(((attributes.get(WRAP, ""), point), _placed(surface, use, places, notes)))
     faces.sort(key=lambda pair: pair[0])
     for number, (_, surface) in enumerate(faces):
         key = keys.key(occurrence, f"{body.name}/face", number)

@@ -167,17 +167,17 @@ def _without_copies(
     def key(use: PointUse) -> tuple[str, str, int, str]:
         return use.role, use.muscle, use.number, use.name
 
-    originals = {key(use) for point, use in points if not point.lost.startswith(COPY)}
-    kept = []
+    keys = {key(use) for point, use in points if not point.lost.startswith(COPY)}
+    originals = []
     for point, use in points:
-        if point.lost.startswith(COPY) and key(use) in originals:
+        if point.lost.startswith(COPY) and key(use) in keys:
             message = (
                 f"construction point {point.name!r} of {point.occurrence!r} is not used: "
                 f"{point.lost}; delete it, or pick it in Define muscles"
             )
             findings.append(finding("warning", "copied-point", message, "point", point.name))
             continue
-        kept.append((point, use))
+        originals.append((point, use))
         if point.lost and not point.lost.startswith(_SEVERAL):
             label = f"point {use.number} of muscle {use.muscle!r}" if use.muscle else point.name
             message = (
@@ -185,7 +185,7 @@ def _without_copies(
                 "point again and delete the old one in Define muscles"
             )
             findings.append(finding("error", "lost-point", message, "point", point.name))
-    return kept
+    return originals
 
 
 def _link_at(item: Located, link_of: Mapping[str, str]) -> str:

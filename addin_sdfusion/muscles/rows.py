@@ -89,5 +89,5 @@ def by_name(points: Iterable[PointRow]) -> tuple[PointRow, ...]:
 
 def free_name(names: Sequence[str], rows: Sequence[MuscleSnapshot | PointUse | SurfaceUse]) -> str:
     """Return the first unused name; the number of names must exceed the number of rows."""
-    taken = {row.name for row in rows}
-    return next(name for name in names if name not in taken)
+    used = {row.name for row in rows}
+    return next(name for name in names if name not in used)

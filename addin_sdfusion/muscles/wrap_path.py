@@ -78,15 +78,15 @@ def _arc_about_axis(
     last = angle_b - sense * math.acos(r / R_b)
     sweep = (sense * (last - first)) % (2.0 * math.pi) + 2.0 * math.pi * turns
     before, arc = math.sqrt(R_a * R_a - r * r), r * sweep
-    whole = before + arc + math.sqrt(R_b * R_b - r * r)
+    flat_length = before + arc + math.sqrt(R_b * R_b - r * r)
     count = max(math.ceil(sweep / _STEP), 1)
     points: list[Vector3] = []
     for k in range(count + 1):
         angle = first + sense * sweep * k / count
-        rise = height_a + (height_b - height_a) * (before + arc * k / count) / whole
+        rise = height_a + (height_b - height_a) * (before + arc * k / count) / flat_length
         u, v = r * math.cos(angle), r * math.sin(angle)
         points.append(tuple(u * x[i] + v * y[i] + rise * z[i] for i in range(3)))  # type: ignore[arg-type]
-    return Wrapped(points, math.hypot(whole, height_b - height_a))
+    return Wrapped(points, math.hypot(flat_length, height_b - height_a))
 
 
 def _subtract_axial(v: Vector3, z: Vector3, height: float) -> Vector3:

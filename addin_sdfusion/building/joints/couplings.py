@@ -33,11 +33,11 @@ def add_couplings(
             findings.append(warning(subject, "coupling-left-out", f"its coupling {problem}"))
         else:
             terms[follower] = Term(leader, linear(c.ratio, c.offset))
-    made = tuple(
+    coupled = tuple(
         replace(joint, coordinates=tuple(_with_coupling(c, terms) for c in joint.coordinates))
         for joint in joints
     )
-    return made, findings
+    return coupled, findings
 
 
 def coupled_name(joint: str, role: str) -> str:

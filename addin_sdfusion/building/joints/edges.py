@@ -59,14 +59,14 @@ class Edges(NamedTuple):
 
     Attributes:
         joints: Joints, and rigid groups across links, by name.
-        held: Connections of links that are grounded to the component of another link. They are
+        grounding: Connections of links that are grounded to the component of another link. They are
             used only if no other connection exists.
         cut: The joints that the user has chosen to close loops, by name.
         findings: Findings on the connections.
     """
 
     joints: tuple[Edge, ...]
-    held: tuple[Edge, ...]
+    grounding: tuple[Edge, ...]
     cut: tuple[Edge, ...]
     findings: tuple[Finding, ...]
 
@@ -81,10 +81,10 @@ def find_edges(snapshot: DesignSnapshot, links: Links) -> Edges:
         problem = f"cannot be cut: {unknown('joint', name, in_name_order(known))}"
         problem += "; choose again in Export"
         findings.append(warning(Subject("joint", name), "unknown-cut-joint", problem))
-    kept = sorted((edge for edge in edges if edge.name not in chosen), key=edge_key)
+    uncut = sorted((edge for edge in edges if edge.name not in chosen), key=edge_key)
     cut = sorted((edge for edge in edges if edge.name in chosen), key=edge_key)
-    held = _grounded_edges(snapshot, links)
-    return Edges(tuple(kept), tuple(held), tuple(cut), tuple(findings))
+    grounding = _grounded_edges(snapshot, links)
+    return Edges(tuple(uncut), tuple(grounding), tuple(cut), tuple(findings))
 
 
 def edge_key(edge: Edge) -> tuple[object, ...]:

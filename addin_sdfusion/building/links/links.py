@@ -46,9 +46,9 @@ class Links:
         gone = set(removed)
         if not gone:
             return self
-        kept = {path: link for path, link in self.of_occurrence.items() if link not in gone}
+        remaining = {path: link for path, link in self.of_occurrence.items() if link not in gone}
         return replace(
-            self, names=tuple(n for n in self.names if n not in gone), of_occurrence=kept
+            self, names=tuple(n for n in self.names if n not in gone), of_occurrence=remaining
         )
 
 

@@ -37,9 +37,9 @@ def loop_joints(closings: Iterable[Edge], T_world_link: Mapping[str, Transform])
         closings: The edges, each of a type that can close a loop.
         T_world_link: Poses of the links at the pose of the design.
     """
-    made, findings = [], []
+    joints, findings = [], []
     for edge in closings:
-        made.append(_loop_joint(edge, T_world_link))
+        joints.append(_loop_joint(edge, T_world_link))
         lost = lost_properties(edge)
         if lost:
             problem = (
@@ -47,7 +47,7 @@ def loop_joints(closings: Iterable[Edge], T_world_link: Mapping[str, Transform])
                 "omitted. To keep them, cut another joint of the loop in Export"
             )
             findings.append(warning(Subject("joint", edge.name), "loop-joint-forces", problem))
-    return Loops(tuple(made), tuple(findings))
+    return Loops(tuple(joints), tuple(findings))
 
 
 def _loop_joint(edge: Edge, T_world_link: Mapping[str, Transform]) -> LoopJoint:

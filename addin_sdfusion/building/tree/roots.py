@@ -53,11 +53,11 @@ def find_roots(
     """
     findings: list[Finding] = []
     subject = Subject("design", design)
-    held = in_name_order({*grounded, *(edge.links[0] for edge in world)})
+    connected = in_name_order({*grounded, *(edge.links[0] for edge in world)})
     fixed = {*grounded, *(edge.links[0] for edge in world if edge.is_rigid)}
     roots: dict[int, str] = {}
     for k, part in enumerate(parts):
-        candidates = [link for link in held if link in part]
+        candidates = [link for link in connected if link in part]
         if settings.base in part:
             roots[k] = settings.base
             findings += _ignored_grounds(candidates, grounded, bodies, settings)

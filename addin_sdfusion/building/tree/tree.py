@@ -57,7 +57,7 @@ class Graph(NamedTuple):
 
     Attributes:
         edges: Connections between links, in order.
-        held: Connections that are used only between links without other connections, in order.
+        grounding: Connections that are used only between links without other connections, in order.
         cut: Connections that the user has chosen to close loops, in order.
         grounded: Links that are fixed to the root component.
         pinned: The grounded links that the user has grounded, not the CAD system.
@@ -65,7 +65,7 @@ class Graph(NamedTuple):
 
     links: Sequence[str]
     edges: Sequence[Edge]
-    held: Sequence[Edge]
+    grounding: Sequence[Edge]
     cut: Sequence[Edge]
     grounded: Sequence[str]
     pinned: Collection[str]
@@ -134,22 +134,22 @@ class _Search:
         """Return the edges between links without redundant rigid connections."""
         between = [edge for edge in graph.edges if len(edge.links) == 2]
         joints_first = sorted(between, key=lambda edge: edge.symmetric)
-        kept = [
+        needed = [
             edge for edge in joints_first if not edge.is_rigid or self._bodies.join(*edge.links)
         ]
         parts = DisjointSets(graph.links)
         for edge in between:
             parts.join(*edge.links)
-        for edge in graph.held:
+        for edge in graph.grounding:
             if parts.join(*edge.links):
                 self._bodies.join(*edge.links)
-                kept.append(edge)
+                needed.append(edge)
         self._parts = [in_name_order(part) for part in parts.groups()]
-        return sorted(kept, key=edge_key)
+        return sorted(needed, key=edge_key)
 
     def _effective_grounds(self, graph: Graph) -> list[str]:
         """Return the grounded links to which no joint or user-grounded link takes precedence."""
-        kept: list[str] = []
+        effective: list[str] = []
         jointed = {edge.links[0] for edge in self._world}
         for part in self._parts:
             firm = [link for link in part if link in graph.pinned or link in jointed]
@@ -157,10 +157,10 @@ class _Search:
             for link in (link for link in graph.grounded if link in part):
                 same = self._bodies.find(link) in bodies and link not in jointed
                 if not firm or link in graph.pinned or same or self._base in part:
-                    kept.append(link)
+                    effective.append(link)
                 else:
                     self._findings.append(_ground_ignored(link, firm[0], link in jointed))
-        return kept
+        return effective
 
     def _floating_edge(self, root: str) -> Edge:
         """Return all six motions of the base."""

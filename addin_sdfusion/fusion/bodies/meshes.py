@@ -48,7 +48,7 @@ class Mesher:
             "very_high": options.VeryHighQualityTriangleMesh,
         }[quality]
         self._notes = notes
-        self._made: dict[tuple[str, str, str], _Triangles] = {}
+        self._meshes: dict[tuple[str, str, str], _Triangles] = {}
 
     def mesh(
         self, native: Any, proxy: Any, kind: str, occurrence: Occurrence, subject: Subject
@@ -60,12 +60,12 @@ class Mesher:
         """
         # Copies of a document have the same ids, so the key includes names.
         key = occurrence.component.id, occurrence.component.name, f"{kind} {native.name}"
-        if key not in self._made:
+        if key not in self._meshes:
             raw = self._surface(native) if kind != "mesh" else native.displayMesh
-            self._made[key] = _orient_outwards(_triangles(raw), closed=kind == "solid")
-        made = self._made[key]
-        nodes = self._to_root_frame(made.nodes, proxy, occurrence, subject)
-        return MeshSnapshot(nodes, made.indices)
+            self._meshes[key] = _orient_outwards(_triangles(raw), closed=kind == "solid")
+        mesh = self._meshes[key]
+        nodes = self._to_root_frame(mesh.nodes, proxy, occurrence, subject)
+        return MeshSnapshot(nodes, mesh.indices)
 
     def _surface(self, body: Any) -> Any:
         calculator = body.meshManager.createMeshCalculator()

@@ -26,8 +26,8 @@ def read_couplings(
         component = occurrence.component
         if not optional(lambda: int(component.motionLinks.count)):  # noqa: B023 -- called at once
             continue
-        held = each_in(occurrence, lambda: component.motionLinks, notes, "motion link")  # noqa: B023
-        for _, name, link in held:
+        motion_links = each_in(occurrence, lambda: component.motionLinks, notes, "motion link")  # noqa: B023
+        for _, name, link in motion_links:
             subject = subject_in(occurrence, "motion link", name)
             read = notes.attempt(
                 subject, "motions", _coupling, link, occurrence, joints, subject, notes

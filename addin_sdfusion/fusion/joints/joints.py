@@ -148,8 +148,8 @@ class _Reader:
     ) -> JointSnapshot:
         slides = [f.motion.value for f in freedoms if f.motion.kind == "translation"]
         offset = 0.0 if self._as_built else self._offset()
-        here = self._occurrence
-        place = Place(here, here.T_first, ends.one or here, ends.two or here)
+        owner = self._occurrence
+        place = Place(owner, owner.T_first, ends.one or owner, ends.two or owner)
         if self._as_built:
             frame = as_built_frame(self._joint, place)
             # The geometry moves with an unknown side, so the sides must coincide.

@@ -34,9 +34,9 @@ def replace_link(model: MuscleModel, old: str, new: str) -> None:
     def move(point: PointRow) -> PointRow:
         if point.link != old or point.lost:
             return point
-        there = link(point.occurrence)
-        is_there = there == link_of.get(point.occurrence)
-        return replace(point, link=there) if is_there else point.on_link(there)
+        new_link = link(point.occurrence)
+        is_part_link = new_link == link_of.get(point.occurrence)
+        return replace(point, link=new_link) if is_part_link else point.on_link(new_link)
 
     model.table = replace(
         table,

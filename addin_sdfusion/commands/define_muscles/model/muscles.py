@@ -64,9 +64,9 @@ def change_law(model: MuscleModel, muscle: str, law: CableKind) -> None:
     """Change the muscle law of a muscle and keep the parameters that both laws have."""
     row = model.table.row(muscle)
     if row is not None:
-        known = parameter_names(replace(row, model=law, parameters={}))
-        kept = {name: number for name, number in row.parameters.items() if name in known}
-        change(model, muscle, model=law, parameters=kept)
+        names = parameter_names(replace(row, model=law, parameters={}))
+        parameters = {name: number for name, number in row.parameters.items() if name in names}
+        change(model, muscle, model=law, parameters=parameters)
 
 
 def parameter_names(row: MuscleSnapshot) -> list[str]:
@@ -84,16 +84,16 @@ def mirror(
         side = _side(model.muscle)
         muscles = [row.name for row in model.table.rows if _side(row.name) == side]
     texts: list[str] = []
-    made: list[str] = []
+    mirrored: list[str] = []
     for muscle in muscles:
         table, found = mirror_muscle(
             model.table, muscle, plane, model.links, replace_existing, find_face
         )
         texts += [finding.message for finding in found]
         before = model.table.points_of
-        made += [r.name for r in table.rows if table.points_of(r.name) != before(r.name)]
+        mirrored += [r.name for r in table.rows if table.points_of(r.name) != before(r.name)]
         model.table = table
-    texts.append(f"Mirrored: {', '.join(made)}." if made else "Nothing was mirrored.")
+    texts.append(f"Mirrored: {', '.join(mirrored)}." if mirrored else "Nothing was mirrored.")
     model.message = "\n".join(texts)
 
 

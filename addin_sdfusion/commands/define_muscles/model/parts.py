@@ -74,43 +74,45 @@ class _Swap:
     find_face: FindFace
 
     def point(self, row: PointRow) -> PointRow:
-        there = self._target(row.occurrence)
-        T = self._motion(row.occurrence, there, bool(row.lost))
+        target = self._target(row.occurrence)
+        T = self._motion(row.occurrence, target, bool(row.lost))
         if T is None or (row.lost and not _has_place_on_part(row)):
             return row
-        link, at = self.link_of[there], T.apply(row.position)
-        moved = replace(row, link=link, occurrence=there, position=at, lost="")
+        link, at = self.link_of[target], T.apply(row.position)
+        moved = replace(row, link=link, occurrence=target, position=at, lost="")
         return replace(moved, entity="", made=False, original="")
 
     def wrap(self, row: WrapRow) -> WrapRow:
-        there = self._target(row.occurrence)
-        T = self._motion(row.occurrence, there, is_on_part=False)
+        target = self._target(row.occurrence)
+        T = self._motion(row.occurrence, target, is_on_part=False)
         if T is None or row.lost:
             return row
         centre, axis = T.apply(row.face.centre), T.rotate(row.face.axis)
-        link = self.link_of[there]
+        link = self.link_of[target]
         face = self.find_face(link, replace(row.face, centre=centre, axis=axis))
-        return row if face is None else replace(row, link=link, occurrence=there, face=face)
+        return row if face is None else replace(row, link=link, occurrence=target, face=face)
 
     def _target(self, path: str) -> str:
         """Return the new path of a part; empty if it is not replaced or does not exist."""
-        there = self.new + path.removeprefix(self.old)
-        exists = there in self.poses and there in self.link_of
-        return there if _is_in(path, self.old) and exists else ""
+        target = self.new + path.removeprefix(self.old)
+        exists = target in self.poses and target in self.link_of
+        return target if _is_in(path, self.old) and exists else ""
 
-    def _motion(self, path: str, there: str, is_on_part: bool) -> Transform | None:
+    def _motion(self, path: str, target: str, is_on_part: bool) -> Transform | None:
         """Return the transform of positions to the new part in the root frame.
 
         Args:
             path: Path of the part.
-            there: Path of the new part, or empty.
+            target: Path of the new part, or empty.
             is_on_part: Whether positions are in the frame of the part instead of the root frame.
         """
-        if not there:
+        if not target:
             return None
         if is_on_part:
-            return self.poses[there]
-        return self.poses[there].compose(self.poses[path].inverse()) if path in self.poses else None
+            return self.poses[target]
+        return (
+            self.poses[target].compose(self.poses[path].inverse()) if path in self.poses else None
+        )
 
 
 def _parts(table: MuscleTable) -> list[str]:

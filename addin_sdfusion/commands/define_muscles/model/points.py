@@ -41,8 +41,8 @@ def pick_other(model: MuscleModel, pick: Pick, role: Literal["task", "marker"]) 
 
 def _picked_row(model: MuscleModel, role: Role, pick: Pick, **more: Any) -> PointRow:
     """Return the row of a picked point; a construction point can have only one use."""
-    taken = {row.entity for row in (*model.table.points, *model.table.others)}
-    entity = "" if pick.entity in taken and not pick.entity.startswith(HANDLE) else pick.entity
+    used = {row.entity for row in (*model.table.points, *model.table.others)}
+    entity = "" if pick.entity in used and not pick.entity.startswith(HANDLE) else pick.entity
     link, path = picked_link(model, pick), pick.occurrence
     return PointRow(role, link, occurrence=path, position=pick.position, entity=entity, **more)
 

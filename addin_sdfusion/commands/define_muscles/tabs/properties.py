@@ -99,10 +99,10 @@ def _meaning(_: MuscleModel, item: tuple[MuscleSnapshot, str]) -> Cell:
 
 def _set_parameter(model: MuscleModel, index: int, text: str) -> None:
     row, name = _parameters(model)[index]
-    given = {key: number for key, number in row.parameters.items() if key != name}
+    parameters = {key: number for key, number in row.parameters.items() if key != name}
     if text.strip():
-        given[name] = number(text)
-    muscles.change(model, parameters=given)
+        parameters[name] = number(text)
+    muscles.change(model, parameters=parameters)
 
 
 TABLES = {

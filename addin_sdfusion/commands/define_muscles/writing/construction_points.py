@@ -68,10 +68,10 @@ def has_name(point: Any, name: str) -> bool:
 
 def added(points: Any, new: Any) -> Any:
     """Return the construction point that Fusion creates from an input."""
-    made = points.add(new)
-    if made is None:
+    point = points.add(new)
+    if point is None:
         raise InputError("Fusion cannot create a construction point there")
-    return native(made)
+    return native(point)
 
 
 def native(entity: Any) -> Any:
@@ -109,18 +109,18 @@ def kept_point(row: PointRow, occurrence: Any, path: str) -> KeptPoint:
 
 def delete_points(points: Sequence[Any]) -> None:
     """Delete points that the add-in created, and base features without points."""
-    held: list[tuple[Any, list[Any]]] = []
+    features: list[tuple[Any, list[Any]]] = []
     for point in points:
         feature = point.baseFeature
         if not feature:
             point.deleteMe()
             continue
-        known = next((others for f, others in held if f == feature), None)
-        if known is None:
-            held.append((feature, [point]))
+        in_feature = next((others for f, others in features if f == feature), None)
+        if in_feature is None:
+            features.append((feature, [point]))
         else:
-            known.append(point)
-    for feature, those in held:
+            in_feature.append(point)
+    for feature, those in features:
         feature.startEdit()
         try:
             for point in those:

@@ -18,26 +18,26 @@ from .homes import Homes
 def write_faces(model: MuscleModel, entities: Entities, homes: Homes) -> None:
     """Write the attributes of all wrap faces."""
     before, after = model.before, model.table
-    kept = {wrap.face.entity for wrap in after.wraps}
+    remaining = {wrap.face.entity for wrap in after.wraps}
     for wrap in before.wraps:
         face = entities.faces.get(wrap.face.entity)
-        if wrap.face.entity not in kept and face is not None:
+        if wrap.face.entity not in remaining and face is not None:
             with ErrorContext(f"wrap surface {wrap.name!r}", _problem(wrap, homes)):
                 attribute = face.attributes.itemByName(GROUP, WRAP)
                 if attribute:
                     attribute.deleteMe()
     for wrap in after.wraps:
-        why = _problem(wrap, homes)
+        reason = _problem(wrap, homes)
         face = entities.faces.get(wrap.face.entity)
-        if wrap.lost or (why and wrap in before.wraps):  # not found, or of another document
+        if wrap.lost or (reason and wrap in before.wraps):  # not found, or of another document
             if wrap not in before.wraps and face is not None:
                 _update_lost(wrap, face)
             continue
         if face is None:
-            problem = why or "its face does not exist any more; pick it again"
+            problem = reason or "its face does not exist any more; pick it again"
             raise InputError(f"wrap surface {wrap.name!r}: {problem}")
         text = wrap_text(homes.surface_use(wrap))
-        set_attribute(face, WRAP, text, f"wrap surface {wrap.name!r}", why)
+        set_attribute(face, WRAP, text, f"wrap surface {wrap.name!r}", reason)
 
 
 def _problem(wrap: WrapRow, homes: Homes) -> str:

@@ -46,12 +46,12 @@ class StoredLists:
         """
         items = self._items(POINTS)
         by_entity = {f"{KEPT}/{i}": plain for i, plain in enumerate(items)}
-        kept = [plain for entity, plain in by_entity.items() if entity not in read]
+        unread = [plain for entity, plain in by_entity.items() if entity not in read]
         for row in lost:
             if row.entity in by_entity:
                 plain = by_entity[row.entity]
-                kept.append({**plain, "use": updated_record(plain.get("use"), row.use)})
-        return kept
+                unread.append({**plain, "use": updated_record(plain.get("use"), row.use)})
+        return unread
 
     def keep_texts(self) -> None:
         """Store the former text of an attribute that is not a list under another name."""

@@ -87,7 +87,7 @@ class Writer:
         """
         before, after = self._model.before, self._model.table
         desired: list[Desired] = []
-        kept: list[KeptPoint] = []
+        stored: list[KeptPoint] = []
         lost: list[PointRow] = []
         inserted = {row for row in _rows(before) if self._homes.is_inserted(row)}
         self._require_unchanged(inserted - set(_rows(after)))
@@ -101,23 +101,23 @@ class Writer:
             if home is None:
                 desired.append(item)
             else:
-                kept.append(self._kept(replace(item.as_made().row, occurrence=home)))
+                stored.append(self._kept(replace(item.as_made().row, occurrence=home)))
         used = {row.entity for row in (*inserted, *lost, *(w.row for w in desired)) if row.entity}
         self._remove(before, used)
         self._write_points(desired)
         write_faces(self._model, self._entities, self._homes)
         self._update_lost(before, lost)
-        self._write_lists(kept, lost)
+        self._write_lists(stored, lost)
 
-    def _write_lists(self, kept: list[KeptPoint], lost: list[PointRow]) -> None:
+    def _write_lists(self, stored: list[KeptPoint], lost: list[PointRow]) -> None:
         """Write the list of muscles and the list of points that are stored in the design."""
         before, after = self._model.before, self._model.table
         deleted = {row.name for row in before.rows} - {row.name for row in after.rows}
         text = muscles_text(after.rows, self._lists.unread_muscles(deleted))
         set_attribute(self._design, MUSCLES, text, "the design")
         items = self._lists.unread_points({row.entity for row in _rows(before)}, lost)
-        if kept or items or self._design.attributes.itemByName(GROUP, POINTS):
-            set_attribute(self._design, POINTS, kept_points_text(kept, items), "the design")
+        if stored or items or self._design.attributes.itemByName(GROUP, POINTS):
+            set_attribute(self._design, POINTS, kept_points_text(stored, items), "the design")
         self._lists.keep_texts()
 
     def _kept(self, row: PointRow) -> KeptPoint:
@@ -242,8 +242,8 @@ class Writer:
             about = f"{listed([w.name for _, w in those])} on link {those[0][1].row.link!r}"
             with ErrorContext(about, self._homes.problem(those[0][1].row)):
                 positions = [item.row.position for _, item in those]
-                made = make_points(self._design, component, occurrence, positions)
-                for (i, item), point in zip(those, made, strict=True):
+                points = make_points(self._design, component, occurrence, positions)
+                for (i, item), point in zip(those, points, strict=True):
                     yield i, self._require_position(point, occurrence, item.row), path
 
     def _require_position(self, point: Any, occurrence: Any, row: PointRow) -> Any:
