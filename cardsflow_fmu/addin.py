@@ -50,9 +50,6 @@ def install(folder: str | Path | None = None) -> Path:
     Args:
         folder: Fusion's folder of add-ins, or None for the folder of the current user.
 
-    Returns:
-        The folder of the add-in.
-
     Raises:
         InputError: The folder does not exist, contains something else with this name, or cannot be
             written.
@@ -93,9 +90,6 @@ def pack_addin(
         company: Name of the publisher; the author of the add-in if empty.
         url: Web page of the publisher; the store requires it.
         email: Email address of the publisher; the store requires it.
-
-    Returns:
-        The archives.
     """
     manifest = _manifest()
     files = {path: source.read_bytes() for path, source in _files().items()}

@@ -51,9 +51,6 @@ def read_table(
     Args:
         link_of: Link of each occurrence, by path. It selects the occurrence of a point without
             a stored occurrence whose component has several occurrences.
-
-    Returns:
-        The table, and the findings on the table and on the names of points.
     """
     findings: list[Finding] = []
     link_of = link_of or {}

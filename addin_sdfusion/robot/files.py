@@ -102,9 +102,6 @@ def write_files(folder: str | Path, contents: Mapping[str, str | bytes]) -> list
         folder: Output folder; created if it does not exist.
         contents: Content of each file, by file name. Text is encoded as UTF-8.
 
-    Returns:
-        The files, in the given order.
-
     Raises:
         InputError: The folder cannot be created or written.
         MachineError: The disk is full.

@@ -16,9 +16,6 @@ def with_dependent(data: Mapping[str, Any], robot: Robot, file: Path) -> Mapping
 
     Raises:
         InputError: No coordinate is independent, or the engine does not support loops.
-
-    Returns:
-        The data with the flags.
     """
     controller = data.get("controller")
     given = controller.get("dependent", {}) if isinstance(controller, Mapping) else None

@@ -61,9 +61,6 @@ def read_experiment(
         settings: Changes by full key.
         names_files: Whether files that the changes name may be packed from any folder.
 
-    Returns:
-        The attributes of an `Experiment`.
-
     Raises:
         InputError: The experiment is invalid; the message names file and key.
     """

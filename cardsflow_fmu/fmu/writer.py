@@ -82,9 +82,6 @@ def write_fmu(
         about: Texts of `author`, `copyright` and `license`, if specified.
         results: Reference results to include.
 
-    Returns:
-        Path of the FMU.
-
     Raises:
         InputError: FMI does not allow a name, or a file cannot be read or written.
     """

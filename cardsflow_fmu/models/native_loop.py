@@ -7,7 +7,6 @@ Python lock (GIL), so that loops can run in parallel threads.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Self
 
 from addin_sdfusion.robot import InputError
@@ -109,27 +108,3 @@ class NativeLoop(Master):
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def run_batch(experiments: Sequence[Experiment], threads: int = 1) -> list[Recording]:
-    """Run several experiments in parallel threads.
-
-    Args:
-        threads: Maximum number of parallel runs, at least 1.
-
-    Returns:
-        Recordings in the order of the experiments. The recording of a failed run contains the
-        failure.
-
-    Raises:
-        InputError: An experiment requires Python or DART, or `threads` is not positive.
-    """
-    if threads < 1:
-        raise InputError(f"threads must be at least 1, not {threads}")
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(_run_one, experiments))
-
-
-def _run_one(experiment: Experiment) -> Recording:
-    with NativeLoop(experiment) as loop:
-        return loop.run()

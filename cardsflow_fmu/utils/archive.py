@@ -71,9 +71,6 @@ def unpack_archive(
         contents: Expected contents, such as `a system of FMUs`, for messages.
         without: Prefixes of file names that are not unpacked.
 
-    Returns:
-        The folder.
-
     Raises:
         InputError: The file is not a zip archive, is too large, or contains invalid paths.
     """

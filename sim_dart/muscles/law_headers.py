@@ -49,9 +49,6 @@ def headers(laws: Mapping[str, MuscleLawDefinition], names: str, root: Path) -> 
         names: The text that the core reports as its list of laws.
         root: Root folder of the source tree.
 
-    Returns:
-        Text of each header by its path relative to the root.
-
     Raises:
         LawTableError: A law has no C file, a C file has no law, or a formula is invalid.
     """

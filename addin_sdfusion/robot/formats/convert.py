@@ -334,9 +334,6 @@ def _other_files(robot: Robot, folder: Path, files: Sequence[Path]) -> Iterator[
 def losses_in(format_: Format, robot: Robot) -> list[Finding]:
     """Return findings on everything of a robot that a format cannot hold.
 
-    Returns:
-        Errors, which prevent writing, then warnings.
-
     Raises:
         RobotError: The robot itself has errors.
     """

@@ -35,9 +35,6 @@ def check(robot: Robot) -> list[Finding]:
 
     These are the findings of `addin_sdfusion.robot.check`. If there are no errors, findings of the
     simulation follow, such as loops that cannot be closed, or coordinates without drives.
-
-    Returns:
-        Errors first, then warnings; empty for a valid robot.
     """
     findings = description_check(robot)
     if any(finding.is_error for finding in findings):

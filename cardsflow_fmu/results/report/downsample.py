@@ -18,9 +18,6 @@ def downsample(x: FloatArray, y: FloatArray, bins: int = BINS) -> tuple[FloatArr
         x: Increasing values, shape (points,).
         y: Values, shape (points,). The line remains interrupted at nan.
         bins: Number of groups; two points per group are selected.
-
-    Returns:
-        The selected points; all points of a short line.
     """
     size = -(-len(x) // bins)
     if size <= 2:

@@ -21,11 +21,7 @@ from .xml import children, decimal, local, parse, read_units, require
 
 
 def unpack_ssp(path: Path, folder: Path) -> Path:
-    """Unpack an .ssp file; names outside of the folder are rejected.
-
-    Returns:
-        The folder.
-    """
+    """Unpack an .ssp file; names outside of the folder are rejected."""
     return unpack_archive(path, folder, ".ssp", "a system of FMUs")
 
 

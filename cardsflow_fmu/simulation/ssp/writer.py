@@ -29,11 +29,7 @@ def write_ssp(
     fmus: Mapping[str, Path],
     variants: Mapping[str, System] | None = None,
 ) -> Path:
-    """Pack a system of FMUs.
-
-    Returns:
-        The path.
-    """
+    """Pack a system of FMUs."""
     files = {source: read_contents(file) for source, file in fmus.items()}
     for structure, one in {"SystemStructure": system, **(variants or {})}.items():
         files[f"{structure}.ssd"] = _structure(one)

@@ -33,9 +33,6 @@ def read_study(path: Path) -> dict[str, Any]:
     Args:
         path: A study.toml, or its folder.
 
-    Returns:
-        The attributes of a `Study`.
-
     Raises:
         InputError: The study or its experiment is invalid; the message states file and key.
     """

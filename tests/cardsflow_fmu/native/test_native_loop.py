@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.writer import experiment_data
-from cardsflow_fmu.models.native_loop import NativeLoop, run_batch
+from cardsflow_fmu.models.native_loop import NativeLoop
 from cardsflow_fmu.simulation.run import RunError, run, simulate
 
 pytestmark = pytest.mark.native
@@ -32,9 +33,10 @@ def recorded(experiment: Experiment) -> Recording:
         return loop.run()
 
 
-def test_batch_in_threads_equals_single_runs() -> None:
+def test_runs_in_threads_equal_single_runs() -> None:
     experiments = [load("planar_2r", {"controller.kp": 900.0 + 100.0 * k}) for k in range(4)]
-    batch = run_batch(experiments, threads=2)
+    with ThreadPoolExecutor(2) as pool:
+        batch = list(pool.map(recorded, experiments))
     for experiment, recording in zip(experiments, batch, strict=True):
         np.testing.assert_array_equal(recording.rows, recorded(experiment).rows)
     assert not np.array_equal(batch[0].rows, batch[1].rows)
@@ -138,8 +140,3 @@ def test_loop_runs_only_once() -> None:
         closed.close()
         with pytest.raises(InputError, match="can run only once"):
             closed.run()
-
-
-def test_batch_without_threads_is_rejected() -> None:
-    with pytest.raises(InputError, match="threads must be at least 1, not 0"):
-        run_batch([], threads=0)

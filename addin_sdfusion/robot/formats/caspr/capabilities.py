@@ -32,11 +32,7 @@ from .write_tasks import task_items
 
 
 def caspr_losses(robot: Robot, trajectories: Sequence[Trajectory] = ()) -> list[Finding]:
-    """Return findings on everything that CASPR files cannot hold.
-
-    Returns:
-        Errors, which prevent writing, then warnings for omitted or changed features.
-    """
+    """Return findings on everything that CASPR files cannot hold."""
     return errors_first([*CASPR.losses(robot), *trajectory_losses(robot, trajectories)])
 
 

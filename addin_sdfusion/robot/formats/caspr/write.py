@@ -48,9 +48,6 @@ def write_caspr(
         name: Prefix of the file names; the name of the robot if None.
         trajectories: Values in the order of the robot's coordinates or of an operational space.
 
-    Returns:
-        The written files.
-
     Raises:
         RobotError: The robot has errors, or CASPR cannot hold it.
         InputError: The folder cannot be written, or the name is not a valid file name.

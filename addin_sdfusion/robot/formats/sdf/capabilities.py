@@ -19,11 +19,7 @@ from .write_joints import is_chained, loops_in_plugin, sdf_joints
 
 
 def sdf_losses(robot: Robot) -> list[Finding]:
-    """Return findings on everything that SDF, its plugin and cardsflow.xml cannot hold.
-
-    Returns:
-        Errors, which prevent writing, then warnings for omitted or changed features.
-    """
+    """Return findings on everything that SDF, its plugin and cardsflow.xml cannot hold."""
     return SDF.losses(robot)
 
 

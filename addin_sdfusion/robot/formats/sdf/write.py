@@ -36,9 +36,6 @@ def write_sdf(robot: Robot, folder: str | Path, *, plugin: bool = True) -> list[
             whose library exists for Gazebo 9. Otherwise it is written to cardsflow.xml, and no
             program searches for the library.
 
-    Returns:
-        The written files.
-
     Raises:
         RobotError: The robot has errors, or SDF cannot hold it; `sdf_losses` lists all causes.
         InputError: The folder cannot be written.

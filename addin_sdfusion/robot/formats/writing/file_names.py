@@ -27,9 +27,6 @@ def write_document(
         suffix: File name suffix.
         text: Function that returns the content.
 
-    Returns:
-        The written file.
-
     Raises:
         RobotError: The robot has errors, or the format cannot hold it.
         InputError: The folder cannot be written, or the name is not a valid file name.

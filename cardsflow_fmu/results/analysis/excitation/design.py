@@ -175,9 +175,6 @@ class Design:
             points: Control points of a feasible motion.
             rng: Source of the random proposals.
             progress: Called with the number of completed proposals and their total.
-
-        Returns:
-            Control points of the improved motion.
         """
         motions = self._motions
         none = np.zeros_like(self.prior)

@@ -51,9 +51,6 @@ def add_body(
         bodies: Parent element.
         files: Mesh file by URI.
         min_mass: Minimum mass to write, in [kg].
-
-    Returns:
-        The element of the body.
     """
     node = element(bodies, "Body", name=link.name)
     visual = [mesh for mesh in link.meshes if mesh.role == "visual"]
