@@ -216,11 +216,26 @@ typedef struct {
     wrap_lanes lanes;
 } walker;
 
+/* Pass the wraps and pulleys after via points before `end`. */
+static void pass_wraps(const core *c, walker *w, int32_t end)
+{
+    const blob_view *b = &c->blob;
+    progress *at = &w->at;
+    for (; at->wrap < b->counts.wraps && b->wrap_point[at->wrap] < end; at->wrap++)
+        at->lane += c->wrap_is_special[at->wrap] == 0;
+    while (at->pulley < b->counts.pulleys && b->pulley_point[at->pulley] < end) at->pulley++;
+    w->next = next_curved_segment(b, at);
+}
+
 /* Add the segments from via point k to `last`. */
 static inline real add_part(core *c, walker *w, int32_t k, int32_t last, real *row)
 {
     real length = 0;
     for (; k < last; k++) {
+        if (!w->is_traced && is_rigid(c, k, k + 1, w->at.wrap)) {
+            pass_wraps(c, w, k + 1);
+            continue;
+        }
         if (!(USES_WRAPS || USES_SEQUENCES) || k != w->next) {
             const real fixed = c->fixed_length[k];
             length += value_of(fixed) >= 0 ? fixed : add_segment(c, k, row);
@@ -277,14 +292,17 @@ static void pass_muscle(const core *c, walker *w, int32_t m, int32_t end)
 {
     const blob_view *b = &c->blob;
     progress *at = &w->at;
-    for (; at->wrap < b->counts.wraps && b->wrap_point[at->wrap] < end; at->wrap++)
-        at->lane += c->wrap_is_special[at->wrap] == 0;
-    while (at->pulley < b->counts.pulleys && b->pulley_point[at->pulley] < end) at->pulley++;
+    pass_wraps(c, w, end);
     while (at->branch < b->counts.branches && b->branch_point[at->branch] < end) at->branch++;
     while (at->condition < b->counts.conditions && b->condition_point[at->condition] < end) at->condition++;
     while (at->move < b->counts.moves && b->move_point[at->move] < end) at->move++;
     while (at->term < b->counts.path_terms && b->path_term_muscle[at->term] == m) at->term++;
-    w->next = next_curved_segment(b, at);
+}
+
+/* Return a number with the tangent of another one. */
+static inline real with_tangent_of(real x, real other)
+{
+    return value_of(x) + (other - value_of(other));
 }
 
 static void walk(core *c, int is_traced)
@@ -296,7 +314,8 @@ static void walk(core *c, int is_traced)
     w.is_traced = is_traced, w.lanes.first = w.lanes.count = 0;
     w.next = next_curved_segment(blob, &w.at);
     for (int32_t m = 0, k = 0; m < blob->counts.muscles; k += blob->muscle_points[m], m++) {
-        real *own = c->jacobian + (size_t)m * dofs, *row = c->is_driven ? c->row : own;
+        const int has_tangents_only = HAS_TANGENT && c->moving && !c->is_driven; /* without rigid parts */
+        real *own = c->jacobian + (size_t)m * dofs, *row = c->is_driven ? c->row : has_tangents_only ? c->load : own;
         if (is_still(c, m)) {
             pass_muscle(c, &w, m, k + blob->muscle_points[m]);
             c->lengths[m] = value_of(c->lengths[m]);
@@ -304,7 +323,9 @@ static void walk(core *c, int is_traced)
             continue;
         }
         memset(row, 0, (c->is_driven ? (size_t)blob->counts.variables : dofs) * sizeof(real));
-        c->lengths[m] = add_muscle(c, &w, m, k, row);
+        const real length = add_muscle(c, &w, m, k, row);
+        c->lengths[m] = has_tangents_only ? with_tangent_of(c->lengths[m], length) : length;
+        for (size_t j = 0; j < dofs && has_tangents_only; j++) own[j] = with_tangent_of(own[j], row[j]);
         if (c->is_driven) variables_fold(c, row, own);
     }
 }

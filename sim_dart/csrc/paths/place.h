@@ -45,4 +45,24 @@ static inline wrap_way wrap_way_of(const core *c, int32_t w)
     return way;
 }
 
+/* Return the first frame from `frame` towards the world that the only moving coordinate moves; -1 if none. */
+static inline int32_t moving_frame(const core *c, int32_t frame)
+{
+    while (frame >= 0 && c->blob.coordinate[frame] != c->moving - 1) frame = c->blob.parent[frame];
+    return frame;
+}
+
+/* Return whether q has a tangent along one coordinate, which moves the points i and j and the surfaces between
+   them, from wrap w on, like one body: l and L of this part of a path then have no tangent. */
+static inline int is_rigid(const core *c, int32_t i, int32_t j, int32_t w)
+{
+    if (!HAS_TANGENT || !c->moving || c->is_driven) return 0;
+    const int32_t frame = moving_frame(c, c->blob.point_frame[i]);
+    for (; w < c->blob.counts.wraps && c->blob.wrap_point[w] < j; w++) {
+        const int32_t surface = c->blob.surface_frame[c->blob.wrap_surface[w]];
+        if (index_of(c->wrap_before[w]) == i && moving_frame(c, surface) != frame) return 0;
+    }
+    return moving_frame(c, c->blob.point_frame[j]) == frame;
+}
+
 #endif

@@ -46,12 +46,14 @@ void core_tangent_place(core_tangent *t, const core *plain, const double *comman
     else tree_move(c, c->q);
 }
 
-/* Compute a column of the derivatives of a muscle, along a number that has a change. */
-static void take_column(const core *c, const muscle_law *at, double *column)
+/* Compute a column of the derivatives of a muscle, along input j, which has a change. */
+static void take_column(const core *c, const muscle_law *at, int32_t j, double *column)
 {
+    const int is_hill = at->law->is_hill, has_activation_only = is_hill && (at->states == 1 || c->is_settling);
     real rates[MAX_LAW_STATES] = {0};
     const real l = c->lengths[at->m], v = c->rates[at->m], u = command(at, c->commands);
-    column[0] = PER_SMALL * tangent_of(bounded_tension(at, at->x, l, v, u));
+    if (!is_hill || j != LAW_BY_COMMAND) column[0] = PER_SMALL * tangent_of(bounded_tension(at, at->x, l, v, u));
+    if (has_activation_only && j < LAW_BY_COMMAND) return;
     if (c->is_settling && has_fibre(at)) rates[0] = activation_rate(at->k, at->x[0], u);
     else if (at->states) at->law->rates(at->k, at->x, l, v, u, rates);
     for (int32_t i = 0; i < at->states; i++) column[(1 + i) * LAW_INPUTS] = PER_SMALL * tangent_of(rates[i]);
@@ -66,7 +68,7 @@ static void take_columns(core *c, const muscle_law *at, double *partials)
     for (int32_t j = first; j < LAW_BY_STATES + at->states; j++) {
         if (j == LAW_BY_COMMAND && !at->entry->driven) continue;
         change(numbers[j], 1);
-        take_column(c, at, partials + j);
+        take_column(c, at, j, partials + j);
         change(numbers[j], 0);
     }
 }

@@ -277,7 +277,7 @@ real ellipsoid_bend(const wrap_surface *s, const real touch[3], const real direc
         p.x[k] = v.a[k], p.v[k] = dot3(v.R[k], n) / size;
         v.r[k] *= scale; /* an end inside shrinks the ellipsoid */
     }
-    geodesic_follow(v.r, way / v.unit, FINE_TERM, &p, &bend);
+    geodesic_follow(v.r, way / v.unit, FINE_TERM, &p, NULL, &bend);
     return bend;
 }
 

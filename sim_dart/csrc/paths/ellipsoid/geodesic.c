@@ -19,29 +19,34 @@
 #include "../../math/elementary.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #define ORDER 16 /* a power of 2, so that roots are square roots */
 #define MAX_STEPS 64
 
-/* Coefficients; x and j are stored together, so that processors vectorise them. */
+/* Coefficients; x and j are stored together, so that processors vectorise them, and so are g_n and n g_n. */
 typedef struct {
-    real c[ORDER + 1][4], g[ORDER + 1], w[ORDER + 1];
+    real c[ORDER + 1][4], g[ORDER + 1][2], w[ORDER + 1], other[ORDER + 1];
 } taylor;
+
+/* Return coefficient n of a power of g from the others: `per` is 1 for g^-2, 0.5 for g^(-3/2). */
+static real next_of_power(const taylor *t, const real *power, int n, real per)
+{
+    real falls[2] = {0, 0};
+    for (int k = 1; k <= n; k++)
+        for (int i = 0; i < 2; i++) falls[i] += t->g[k][i] * power[n - k];
+    return -(n * falls[0] + per * falls[1]) / (n * t->g[0][0]);
+}
 
 static void expand_weight(const real square[3], int n, taylor *t)
 {
     real sums[4] = {0, 0, 0, 0}, sum = 0;
-    for (int k = 0; k <= n; k++)
-        for (int i = 0; i < 4; i++) sums[i] += t->c[k][i] * t->c[n - k][i];
+    for (int k = 0; 2 * k < n; k++)
+        for (int i = 0; i < 4; i++) sums[i] += 2 * t->c[k][i] * t->c[n - k][i];
+    for (int i = 0; i < 4 && n % 2 == 0; i++) sums[i] += t->c[n / 2][i] * t->c[n / 2][i];
     for (int i = 0; i < 3; i++) sum += square[i] * sums[i];
-    t->g[n] = sum;
-    if (!n) {
-        t->w[0] = 1 / (sum * sum);
-        return;
-    }
-    real falls = 0;
-    for (int k = 1; k <= n; k++) falls += (n + k) * t->g[k] * t->w[n - k];
-    t->w[n] = -falls / (n * t->g[0]);
+    t->g[n][0] = sum, t->g[n][1] = n * sum;
+    t->w[n] = n ? next_of_power(t, t->w, n, 1) : 1 / (sum * sum);
 }
 
 static void expand_geodesic(const real A[3], const geodesic_point *p, taylor *t)
@@ -64,11 +69,25 @@ static void expand_geodesic(const real A[3], const geodesic_point *p, taylor *t)
     }
 }
 
-static real longest_step(const taylor *t, real last_term)
+/* Expand another neighbouring geodesic. */
+static void expand_field(const real A[3], const real field[2], taylor *t)
+{
+    const real factor = -A[0] * A[1] * A[2];
+    t->other[0] = field[0], t->other[1] = field[1];
+    for (int n = 0; n + 2 <= ORDER; n++) {
+        real sum = 0;
+        for (int k = 0; k <= n; k++) sum += t->w[n - k] * t->other[k];
+        t->other[n + 2] = factor * sum / ((n + 1) * (n + 2));
+    }
+}
+
+static real longest_step(const taylor *t, int has_field, real last_term)
 {
     real last = 0;
-    for (int n = ORDER - 1; n <= ORDER; n++)
+    for (int n = ORDER - 1; n <= ORDER; n++) {
+        if (has_field) last += fabs(value_of(t->other[n]));
         for (int i = 0; i < 4; i++) last += fabs(value_of(t->c[n][i]));
+    }
     real h = value_of(last) > 0 ? last_term / last : 1;
     for (int root = ORDER; root > 1; root /= 2) h = sqrt(h);
     return value_of(h);
@@ -84,32 +103,37 @@ static void sum_series(const taylor *t, real h, geodesic_point *p)
     p->j = sum[3], p->dj = rise[3];
 }
 
+static void sum_field(const taylor *t, real h, real field[2])
+{
+    field[0] = field[1] = 0;
+    for (int n = ORDER; n >= 0; n--) field[1] = field[1] * h + field[0], field[0] = field[0] * h + t->other[n];
+}
+
 /* Return the integral of the curvature over h. */
 static real bend_within(const real A[3], const taylor *t, real h)
 {
     real power[ORDER - 1], along = 0, sum = 0;
     for (int i = 0; i < 3; i++) along += A[i] * t->c[1][i] * t->c[1][i];
-    power[0] = 1 / (t->g[0] * sqrt(t->g[0]));
-    for (int n = 1; n < ORDER - 1; n++) {
-        real falls = 0;
-        for (int k = 1; k <= n; k++) falls += (n + 0.5 * k) * t->g[k] * power[n - k];
-        power[n] = -falls / (n * t->g[0]);
-    }
+    power[0] = 1 / (t->g[0][0] * sqrt(t->g[0][0]));
+    for (int n = 1; n < ORDER - 1; n++) power[n] = next_of_power(t, power, n, 0.5);
     for (int n = ORDER - 2; n >= 0; n--) sum = sum * h + power[n] / (n + 1);
-    return along * t->g[0] * sum * h;
+    return along * t->g[0][0] * sum * h;
 }
 
-void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic_point *p, real *bend)
+void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic_point *p, real field[2],
+                     real *bend)
 {
     taylor t;
     real A[3], left = way;
     for (int i = 0; i < 3; i++) A[i] = 1 / (half_axes[i] * half_axes[i]);
     for (int step = 1;; step++) {
         expand_geodesic(A, p, &t);
-        const real most = longest_step(&t, last_term);
+        if (field) expand_field(A, field, &t);
+        const real most = longest_step(&t, field != NULL, last_term);
         const int is_last = value_of(fabs(left)) <= value_of(most) || step == MAX_STEPS;
         const real h = is_last ? left : value_of(left) > 0 ? most : -most;
         sum_series(&t, h, p);
+        if (field) sum_field(&t, h, field);
         if (bend) *bend += bend_within(A, &t, h);
         if (is_last) return;
         left -= h;

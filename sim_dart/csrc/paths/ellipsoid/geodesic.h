@@ -14,7 +14,9 @@ typedef struct {
 } geodesic_point;
 
 /* Follow the geodesic by the length `way`, in steps whose last term is below `last_term`. Sizes should be
-   about 1. Unless `bend` is NULL, add the angle by which the geodesic turns. */
-CORE_INSIDE void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic_point *p, real *bend);
+   about 1. Unless `field` is NULL, follow j and dj of another neighbouring geodesic, too. Unless `bend` is NULL,
+   add the angle by which the geodesic turns. */
+CORE_INSIDE void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic_point *p, real field[2],
+                                 real *bend);
 
 #endif

@@ -54,7 +54,7 @@ void shot_follow(const cable_ends *e, real last_term, shot *s)
     memcpy(s->end.x, s->a.x, sizeof s->end.x);
     memcpy(s->end.v, s->a.t, sizeof s->end.v);
     s->end.j = s->a.by_m, s->end.dj = s->a.turn;
-    geodesic_follow(e->r, s->way.contact, last_term, &s->end, NULL);
+    geodesic_follow(e->r, s->way.contact, last_term, &s->end, NULL, NULL);
     for (int k = 0; k < 3; k++) missed[k] = s->end.x[k] - s->b.x[k];
     s->gap[0] = dot3(missed, s->b.t), s->gap[1] = dot3(missed, s->b.m), s->gap[2] = dot3(s->end.v, s->b.m);
     s->square = dot3(s->gap, s->gap);

@@ -127,11 +127,10 @@ void taut_fields(const taut_task *task, const real way[WAY_NUMBERS], real fields
     set_ends(task, &e);
     s.way = path_of(way);
     shot_tangents(&e, &s);
-    for (int k = 0; k < 2; k++) {
-        geodesic_point p = {.j = 1 - k, .dj = k};
-        memcpy(p.x, s.a.x, sizeof p.x);
-        memcpy(p.v, s.a.t, sizeof p.v);
-        geodesic_follow(e.r, s.way.contact, FINE_TERM, &p, NULL);
-        fields[2 * k] = p.j, fields[2 * k + 1] = p.dj;
-    }
+    geodesic_point p = {.j = 1, .dj = 0};
+    fields[2] = 0, fields[3] = 1;
+    memcpy(p.x, s.a.x, sizeof p.x);
+    memcpy(p.v, s.a.t, sizeof p.v);
+    geodesic_follow(e.r, s.way.contact, FINE_TERM, &p, fields + 2, NULL);
+    fields[0] = p.j, fields[1] = p.dj;
 }

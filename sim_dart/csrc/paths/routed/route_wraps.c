@@ -167,12 +167,15 @@ static int path_over_one(core *c, const route *r, int32_t w, int32_t i, int32_t 
                          int is_traced)
 {
     const real *A = point_of(c, i), *B = point_of(c, j);
-    const int is_taut = c->blob.wrap_rule[w] == RULE_TAUT;
-    const int32_t frame = c->blob.surface_frame[c->blob.wrap_surface[w]];
+    const int32_t frame = c->blob.surface_frame[c->blob.wrap_surface[w]], rule = c->blob.wrap_rule[w];
     wrap_surface s = surface_of(c, w);
     wrap_way round = wrap_way_of(c, w);
     pull over;
-    if (!is_taut && route_wraps_rule(c, w, A, B, &s, &round) == RULE_STRAIGHT) return 0;
+    if (rule == RULE_OPENSIM) { /* applied when the segment was selected */
+        const wrap_way selected = {.side = (int32_t)value_of(c->wrap_turn[w]), .is_forced = 1};
+        s = without_ends(s), round = selected;
+    } else if (rule != RULE_TAUT && route_wraps_rule(c, w, A, B, &s, &round) == RULE_STRAIGHT)
+        return 0;
     if (is_traced) {
         contact passed;
         wrap_over(&s, &round, A, B, &passed);

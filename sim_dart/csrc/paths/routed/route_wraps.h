@@ -10,6 +10,7 @@ typedef struct {
     int32_t first, end;        /* its via points */
     int32_t wraps, wrap_count; /* its wraps */
     int32_t conditions, moves; /* indices of its first condition and moving point */
+    int is_changing;           /* whether it has conditional or moving points */
     real factor;               /* factor of all added terms */
 } route;
 

@@ -9,6 +9,7 @@
 #include "../../kinematics/tree.h"
 #include "../../math/elementary.h"
 #include "../../math/quintic_step.h"
+#include "../place.h"
 #include "route_wraps.h"
 #include "../span.h"
 
@@ -148,6 +149,7 @@ static real add_shared(core *c, route *r, int32_t i, int32_t stop, real divisor,
 static real add_wrapped(core *c, route *r, int32_t i, int32_t j, real divisor, real *row, int is_traced)
 {
     path_between way;
+    if (!is_traced && !r->is_changing && is_rigid(c, i, j, r->wraps)) return 0;
     r->factor = 1 / divisor;
     if (!route_wraps_over(c, r, i, j, &way, row, is_traced)) add_straight(c, r, i, j, &way, row);
     add_ends(c, r, i, j, &way, row);
@@ -183,6 +185,7 @@ real routed_add(core *c, int32_t m, int32_t first, progress *at, real *row, int 
     while (at->move < blob->counts.moves && blob->move_point[at->move] < r.end) at->move++;
     r.wrap_count = at->wrap - r.wraps;
     find_shares(c, &r, at);
+    r.is_changing = at->condition > r.conditions || at->move > r.moves;
     if (!(HAS_TANGENT && c->moving)) route_wraps_choose(c, &r); /* otherwise as in the plain core */
     real length = 0, divisor = 1;
     for (int32_t start = first; start < r.end;) {
