@@ -16,7 +16,7 @@ from sim_dart.muscles.friction import has_cable_friction
 
 from .fields import Counts, Fields
 
-_FORCE_SHARE = 1e-5  # default cost of forces, relative to the squared accelerations they produce
+_FORCE_SHARE = 3e-6  # default cost of forces, relative to the squared accelerations they produce
 _POSTURE_SHARE = 1e-2  # cost of the posture, relative to that of the tasks
 _TOLERANCE = 1e-8  # complementarity, relative to the same accelerations
 _WEAK = 1e-6  # squared acceleration of directions without muscles, relative to the largest
