@@ -44,9 +44,9 @@ typedef struct {
     void (*release)(Component);
 } Participant;
 
-static void fail(const char *what, const char *where)
+static void fail(const char *problem, const char *where)
 {
-    fprintf(stderr, "closed_loop: %s: %s\n", where, what);
+    fprintf(stderr, "closed_loop: %s: %s\n", where, problem);
     exit(1);
 }
 

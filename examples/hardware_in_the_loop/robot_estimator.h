@@ -20,9 +20,9 @@ static int open_estimator(void)
 {
     if (core_size(OBSERVED, sizeof OBSERVED, NULL, 0) > sizeof observed_memory)
         return 0;
-    core *own = core_open(OBSERVED, sizeof OBSERVED, observed_memory);
-    if (!own || estimator_size(own, 0, OFFSETS) > sizeof observer_memory ||
-        !(observer = estimator_open(own, 0, NULL, OFFSETS, observer_memory)))
+    core *robot_core = core_open(OBSERVED, sizeof OBSERVED, observed_memory);
+    if (!robot_core || estimator_size(robot_core, 0, OFFSETS) > sizeof observer_memory ||
+        !(observer = estimator_open(robot_core, 0, NULL, OFFSETS, observer_memory)))
         return 0;
     for (size_t i = 0; i < sizeof OBSERVER_SETTINGS / sizeof *OBSERVER_SETTINGS; i++)
         memcpy(observed(OBSERVER_SETTINGS[i].name), OBSERVER_SETTINGS[i].values,

@@ -206,9 +206,9 @@ struct fmu *fmu_open(int32_t version, void *instance, void *do_step, struct fmu_
                      struct fmu_row *outputs)
 {
     struct fmu *fmu = malloc(sizeof *fmu);
-    const struct fmu own = {version, instance, {do_step}, inputs, outputs};
+    const struct fmu opened = {version, instance, {do_step}, inputs, outputs};
     if (fmu)
-        *fmu = own;
+        *fmu = opened;
     return fmu;
 }
 

@@ -133,18 +133,18 @@ static int run_stage(const struct master *master, int32_t *turn, struct call *ca
         if (call->k % next->every == 0)
             run_copies(master->copies + next->first, next->before);
     *turn = (int32_t)(next - master->turns);
-    for (const struct turn *own = first; own < next; own++) {
-        if (call->k % own->every)
+    for (const struct turn *entry = first; entry < next; entry++) {
+        if (call->k % entry->every)
             continue;
-        const int code = own->step(own->instance, (double)call->k * master->step, own->every * master->step);
+        const int code = entry->step(entry->instance, (double)call->k * master->step, entry->every * master->step);
         if (code && code != MASTER_PAUSE) {
-            call->progress->turn = (int32_t)(own - master->turns);
+            call->progress->turn = (int32_t)(entry - master->turns);
             call->progress->code = code;
             return 1;
         }
         call->is_paused |= code == MASTER_PAUSE;
-        run_copies(master->copies + own->first + own->before, own->after);
-        if (own - master->turns == master->timed) {
+        run_copies(master->copies + entry->first + entry->before, entry->after);
+        if (entry - master->turns == master->timed) {
             if (master->timer)
                 call->times[call->progress->ticks] = *master->timer;
             call->progress->ticks++;

@@ -12,7 +12,7 @@ void native_close(struct native_model *native)
     if (!native)
         return;
     if (native->memory)
-        native->memory->release(native->own);
+        native->memory->release(native->data);
     native_robot_close(&native->robot);
     native_file_free(&native->file);
     free(native->own_values);
@@ -48,7 +48,7 @@ const char *native_port_name(const struct native_model *native, const double *va
     return native->ports->ports[value - native->values].name;
 }
 
-size_t native_whole_steps(double time, const double *parameter, const char *what, struct model *model)
+size_t native_whole_steps(double time, const double *parameter, const char *label, struct model *model)
 {
     const double step = *parameter;
     struct text *error = &model->error;
@@ -58,11 +58,11 @@ size_t native_whole_steps(double time, const double *parameter, const char *what
     model->clock[1] = 0; /* see `step` of model.h */
     if (ratio > MAX_STEPS + 0.5) {
         text_set(error, "%.17g s is %.6g times %s, %.17g s; the maximum is %.0f; use shorter steps",
-                 time, ratio, what, step, MAX_STEPS);
+                 time, ratio, label, step, MAX_STEPS);
         return 0;
     }
     text_set(error, "%.17g s is not a whole multiple of %s, %.17g s; use a multiple, or set the parameter %s "
-             "before the initialization", time, what, step, native_port_name(model->backend, parameter));
+             "before the initialization", time, label, step, native_port_name(model->backend, parameter));
     return 0;
 }
 

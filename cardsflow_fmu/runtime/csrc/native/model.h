@@ -14,8 +14,8 @@ struct native_model {
     double clock[2];
     double *values;     /* in the order of the ports */
     double *own_values; /* the same values, or NULL if the caller owns them */
-    void *own;      /* data of the model */
-    const struct native_memory *memory; /* functions for `own` */
+    void *data;     /* data of the model */
+    const struct native_memory *memory; /* functions for `data` */
 };
 
 enum { NATIVE_STATE_PARTS = 8 };
@@ -23,7 +23,7 @@ struct native_memory {
     /* List the arrays of the internal state with their lengths; return their number. */
     size_t (*list_state)(struct native_model *native, double **parts, size_t *sizes);
     int (*after_restore)(struct model *model); /* or NULL */
-    void (*release)(void *own);
+    void (*release)(void *data);
 };
 
 /* Free the model and its own data. NULL is allowed. */
@@ -44,7 +44,7 @@ const char *native_port_name(const struct native_model *native, const double *va
 
 /* Return the number of periods in a time; 0 with a message in `model->error` if it is not a whole number, or
  * too large. The period is a parameter. The host may then try a step of another length. */
-size_t native_whole_steps(double time, const double *parameter, const char *what, struct model *model);
+size_t native_whole_steps(double time, const double *parameter, const char *label, struct model *model);
 
 /* Copy the internal state of a model to the heap. Return 0, or nonzero with a message. */
 int native_get_state(struct model *model, void **bytes, size_t *size);

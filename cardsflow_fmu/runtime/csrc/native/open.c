@@ -26,24 +26,24 @@ static int open_kind(struct model *model, struct native_model *native, struct te
     return open[native->file.kind](model, native, error);
 }
 
-static struct native_model *made(const struct port_table *ports, double *values, struct text *error)
+static struct native_model *new_model(const struct port_table *ports, double *values, struct text *error)
 {
     struct native_model *native = calloc(1, sizeof *native);
-    double *own = native && !values ? calloc(ports->count + 1, sizeof *own) : NULL;
-    if (!native || (!values && !own)) {
+    double *allocated = native && !values ? calloc(ports->count + 1, sizeof *allocated) : NULL;
+    if (!native || (!values && !allocated)) {
         text_set(error, "not enough memory for the model");
         free(native);
         return NULL;
     }
     native->ports = ports;
-    native->own_values = own;
-    native->values = values ? values : own;
+    native->own_values = allocated;
+    native->values = values ? values : allocated;
     return native;
 }
 
 int native_open(struct model *model, const struct port_table *ports, const char *resources, struct text *error)
 {
-    struct native_model *native = made(ports, NULL, error);
+    struct native_model *native = new_model(ports, NULL, error);
     if (native && !native_file_read(&native->file, resources, error) && !open_kind(model, native, error))
         return 0;
     native_close(native);
@@ -53,7 +53,7 @@ int native_open(struct model *model, const struct port_table *ports, const char 
 int native_open_bytes(struct model *model, const struct port_table *ports, const void *bytes, size_t size,
                       double *values, struct text *error)
 {
-    struct native_model *native = made(ports, values, error);
+    struct native_model *native = new_model(ports, values, error);
     if (native && !native_file_copy(&native->file, bytes, size, error) && !open_kind(model, native, error))
         return 0;
     native_close(native);

@@ -32,15 +32,15 @@ static void evaluate(struct reference *c, double time)
 static int initialize(struct model *model)
 {
     const struct native_model *native = model->backend;
-    path_time_reset(&((struct reference *)native->own)->path);
-    evaluate(native->own, native->clock[0]);
+    path_time_reset(&((struct reference *)native->data)->path);
+    evaluate(native->data, native->clock[0]);
     return 0;
 }
 
 static int step(struct model *model)
 {
     const struct native_model *native = model->backend;
-    struct reference *c = native->own;
+    struct reference *c = native->data;
     if (c->settings.of.speed.count) {
         if (!(c->speed[0] >= 0 && c->speed[0] <= 1)) {
             text_set(&model->error, "reference_speed must be from 0 to 1, not %.17g", c->speed[0]);
@@ -54,7 +54,7 @@ static int step(struct model *model)
 
 static size_t list_state(struct native_model *native, double **parts, size_t *sizes)
 {
-    struct reference *c = native->own;
+    struct reference *c = native->data;
     parts[0] = &c->time, sizes[0] = 1;
     parts[1] = &c->path.lag, sizes[1] = sizeof c->path / sizeof(double);
     return 2;
@@ -62,7 +62,7 @@ static size_t list_state(struct native_model *native, double **parts, size_t *si
 
 static int after_restore(struct model *model)
 {
-    struct reference *c = ((struct native_model *)model->backend)->own;
+    struct reference *c = ((struct native_model *)model->backend)->data;
     evaluate(c, c->time);
     return 0;
 }
@@ -103,7 +103,7 @@ int native_reference_open(struct model *model, struct native_model *native, stru
         text_set(error, "not enough memory for the model");
         return 1;
     }
-    native->own = c;
+    native->data = c;
     native->memory = &MEMORY;
     c->settings = s;
     if (place_parts(c)) {

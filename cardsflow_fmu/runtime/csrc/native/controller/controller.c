@@ -24,7 +24,7 @@ static struct controller *controller_of(const void *robot)
 {
     const struct native_model *native =
         (const struct native_model *)((const char *)robot - offsetof(struct native_model, robot));
-    return native->own;
+    return native->data;
 }
 
 /* L has the rows of the muscles, then those of the motors. */
@@ -109,7 +109,7 @@ static void complete(void *self, const double *q, const double *qd, double *qdd)
 
 static void apply_parameters(struct native_model *native)
 {
-    const struct controller *c = native->own;
+    const struct controller *c = native->data;
     const size_t r = c->r, a = c->a;
     memcpy(c->in_loop.kp, c->kp, r * sizeof(double));
     memcpy(c->in_loop.kd, c->kd, r * sizeof(double));
@@ -120,7 +120,7 @@ static void apply_parameters(struct native_model *native)
 static int check_parameters(struct model *model)
 {
     const struct native_model *native = model->backend;
-    const struct controller *c = native->own;
+    const struct controller *c = native->data;
     for (size_t i = 0; i < c->a; i++) {
         const int pulls = i < native->robot.m;
         if (!((c->f_min[i] >= 0 || !pulls) && c->f_min[i] <= c->f_max[i] && isfinite(c->f_min[i]))) {
@@ -152,7 +152,7 @@ static void write_commands(const struct controller *c)
 /* Muscles with laws hold the robot until the first tick. */
 static void hold_robot(const struct native_model *native)
 {
-    struct controller *c = native->own;
+    struct controller *c = native->data;
     const size_t size = native->robot.m * sizeof(double);
     native_muscles_reset(&c->muscles);
     memcpy(c->forces, c->settings.start_forces, size);
@@ -165,7 +165,7 @@ static int initialize(struct model *model)
 {
     struct native_model *native = model->backend;
     const struct native_robot *robot = &native->robot;
-    const struct controller *c = native->own;
+    const struct controller *c = native->data;
     if (check_parameters(model))
         return 1;
     apply_parameters(native);
@@ -173,8 +173,8 @@ static int initialize(struct model *model)
     memcpy(c->forces, c->in_loop.acting, c->a * sizeof(double));
     if (c->muscles.are_modelled)
         hold_robot(native);
-    native_ramp_reset((struct controller *)native->own, c->forces);
-    native_reacting_reset(native->own);
+    native_ramp_reset((struct controller *)native->data, c->forces);
+    native_reacting_reset(native->data);
     native_predictive_reset(c);
     memset(c->slack, 0, c->r * sizeof(double));
     memset(c->report, 0, c->settings.of.report.count * sizeof(double));
@@ -215,7 +215,7 @@ static int are_inputs_finite(const struct controller *c)
 /* Restrict the forces of the loop to those that the muscles can reach. */
 static void limit_to_reachable(const struct native_model *native, double period)
 {
-    struct controller *c = native->own;
+    struct controller *c = native->data;
     struct native_muscles *muscles = &c->muscles;
     const struct native_robot *robot = &native->robot;
     const size_t size = robot->m * sizeof(double);
@@ -232,7 +232,7 @@ static void limit_to_reachable(const struct native_model *native, double period)
 /* Compute a tick without a state: commands decrease. */
 static void ramp_down(struct native_model *native, double period)
 {
-    struct controller *c = native->own;
+    struct controller *c = native->data;
     struct native_robot *robot = &native->robot;
     native_ramp_down(c, period);
     native_predictive_reset(c);
@@ -251,7 +251,7 @@ static void ramp_down(struct native_model *native, double period)
 /* Set the commands of the muscles for the forces of a tick, or those of an optimal motion. */
 static void command_muscles(struct native_model *native, double period)
 {
-    struct controller *c = native->own;
+    struct controller *c = native->data;
     const double *commands = native_motion_commands(c);
     if (commands) {
         native_muscles_command(&c->muscles, &native->robot, c->q, c->qd, commands);
@@ -265,7 +265,7 @@ static int step(struct model *model)
 {
     struct native_model *native = model->backend;
     struct native_robot *robot = &native->robot;
-    struct controller *c = native->own;
+    struct controller *c = native->data;
     const size_t periods =
         native_whole_steps(native->clock[1], c->period, "the controller's period", model);
     if (!periods || check_parameters(model))
@@ -325,7 +325,7 @@ static int step(struct model *model)
 
 static size_t list_state(struct native_model *native, double **parts, size_t *sizes)
 {
-    struct controller *c = native->own;
+    struct controller *c = native->data;
     const struct native_robot *robot = &native->robot;
     parts[0] = loop_array(c, "remembered", &sizes[0]);
     parts[1] = loop_array(c, "memory", &sizes[1]);
@@ -338,9 +338,9 @@ static size_t list_state(struct native_model *native, double **parts, size_t *si
     return 8;
 }
 
-static void free_controller(void *own)
+static void free_controller(void *data)
 {
-    struct controller *c = own;
+    struct controller *c = data;
     native_muscles_close(&c->muscles);
     native_motion_close(c);
     free(c->ramp);
@@ -392,7 +392,7 @@ int native_controller_open(struct model *model, struct native_model *native, str
         text_set(error, "not enough memory for the controller");
         return 1;
     }
-    native->own = c;
+    native->data = c;
     native->memory = &MEMORY;
     if (native_controller_settings(c, native, error))
         return 1;
@@ -415,7 +415,7 @@ int native_controller_open(struct model *model, struct native_model *native, str
 static struct controller *controller_in(struct model *model)
 {
     const struct native_model *native = model->backend;
-    return model->functions == &FUNCTIONS ? native->own : NULL;
+    return model->functions == &FUNCTIONS ? native->data : NULL;
 }
 
 int native_controller_use(struct model *model, const control_law *law, const struct muscle_functions *muscles)
@@ -432,6 +432,6 @@ int native_controller_use(struct model *model, const control_law *law, const str
 double *native_controller_array(struct model *model, const char *name, size_t *length)
 {
     const struct controller *c = controller_in(model);
-    double *own = c ? native_predictive_array(c, name, length) : NULL;
-    return own || !c ? own : loop_array(c, name, length);
+    double *array = c ? native_predictive_array(c, name, length) : NULL;
+    return array || !c ? array : loop_array(c, name, length);
 }

@@ -68,7 +68,7 @@ static void write_outputs(const struct estimator_model *s, size_t n)
 static int initialize(struct model *model)
 {
     const struct native_model *native = model->backend;
-    struct estimator_model *s = native->own;
+    struct estimator_model *s = native->data;
     const size_t n = native->robot.n;
     if (!(s->step[0] > 0 && s->step[0] < 1e9)) {
         text_set(&model->error, "the estimator's step must be a positive time in s, not %.17g", s->step[0]);
@@ -110,7 +110,7 @@ static void take_readings(const struct estimator_model *s, int has_moved)
 static int step(struct model *model)
 {
     const struct native_model *native = model->backend;
-    struct estimator_model *s = native->own;
+    struct estimator_model *s = native->data;
     const size_t steps =
         native_whole_steps(native->clock[1], s->step, "the estimator's internal step", model);
     if (!steps)
@@ -133,7 +133,7 @@ static int step(struct model *model)
 
 static size_t list_state(struct native_model *native, double **parts, size_t *sizes)
 {
-    struct estimator_model *s = native->own;
+    struct estimator_model *s = native->data;
     parts[0] = &s->since, sizes[0] = 1;
     parts[1] = estimator_array(s->estimator, "remembered", &sizes[1]);
     parts[2] = fault_monitor_state(&s->monitor, &sizes[2]);
@@ -144,15 +144,15 @@ static size_t list_state(struct native_model *native, double **parts, size_t *si
 static int after_restore(struct model *model)
 {
     const struct native_model *native = model->backend;
-    struct estimator_model *s = native->own;
+    struct estimator_model *s = native->data;
     fault_monitor_write(&s->monitor);
     write_outputs(s, native->robot.n);
     return 0;
 }
 
-static void free_estimator(void *own)
+static void free_estimator(void *data)
 {
-    struct estimator_model *s = own;
+    struct estimator_model *s = data;
     free(s->estimator);
     free(s->monitor.faults);
     free(s->transition);
@@ -288,7 +288,7 @@ int native_estimator_open(struct model *model, struct native_model *native, stru
         text_set(error, "not enough memory for the model");
         return 1;
     }
-    native->own = s;
+    native->data = s;
     native->memory = &MEMORY;
     if (fill(s, native, error))
         return 1;

@@ -44,7 +44,7 @@ static void write_outputs(const struct sensors_model *s, const struct native_rob
 static int initialize(struct model *model)
 {
     const struct native_model *native = model->backend;
-    const struct sensors_model *s = native->own;
+    const struct sensors_model *s = native->data;
     size_t length;
     sensors_reset(s->sensors);
     array(s, "readings", &length);
@@ -56,7 +56,7 @@ static int initialize(struct model *model)
 static int step(struct model *model)
 {
     const struct native_model *native = model->backend;
-    const struct sensors_model *s = native->own;
+    const struct sensors_model *s = native->data;
     const struct sensors_settings *of = &s->settings;
     memcpy(s->true_q, s->q, native->robot.n * sizeof(double));
     memcpy(s->true_qd, s->qd, native->robot.n * sizeof(double));
@@ -76,13 +76,13 @@ static int step(struct model *model)
 
 static size_t list_state(struct native_model *native, double **parts, size_t *sizes)
 {
-    parts[0] = array(native->own, "remembered", sizes);
+    parts[0] = array(native->data, "remembered", sizes);
     return 1;
 }
 
-static void release(void *own)
+static void release(void *data)
 {
-    struct sensors_model *s = own;
+    struct sensors_model *s = data;
     free(s->sensors);
     free(s);
 }
@@ -155,7 +155,7 @@ int native_sensors_open(struct model *model, struct native_model *native, struct
         text_set(error, "not enough memory for the model");
         return 1;
     }
-    native->own = s;
+    native->data = s;
     native->memory = &MEMORY;
     if (fill(s, native, error))
         return 1;

@@ -26,7 +26,7 @@ static void break_cables(const struct plant *plant, size_t m)
 static int show(struct model *model)
 {
     const struct native_model *native = model->backend;
-    if (plant_is_continuous(native->own))
+    if (plant_is_continuous(native->data))
         return model->continuous.functions->evaluate(model);
     return native_plant_move(model) || native_plant_write_outputs(model);
 }
@@ -35,7 +35,7 @@ static int show(struct model *model)
 static int start_muscles(struct model *model)
 {
     const struct native_model *native = model->backend;
-    const int bad = core_start(native->robot.core, native_plant_commands(native->own));
+    const int bad = core_start(native->robot.core, native_plant_commands(native->data));
     return bad ? native_plant_report_bad_command(model, (size_t)bad - 1) : 0;
 }
 
@@ -43,7 +43,7 @@ static int initialize(struct model *model)
 {
     struct native_model *native = model->backend;
     struct native_robot *robot = &native->robot;
-    struct plant *plant = native->own;
+    struct plant *plant = native->data;
     for (size_t j = 0; j < robot->n; j++)
         if (!(plant->q_start[j] >= robot->lower[j] && plant->q_start[j] <= robot->upper[j])) {
             text_set(&model->error, "%s, %.17g, is outside %.17g to %.17g",
@@ -76,7 +76,7 @@ static int initialize(struct model *model)
 static int report_failed_step(struct model *model, int bad)
 {
     struct native_model *native = model->backend;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     const struct native_robot *robot = &native->robot;
     const double time = plant->ticks * plant->step[0];
     if (bad < 0)
@@ -109,7 +109,7 @@ static int advance(const struct native_robot *robot, struct plant *plant)
 static int step(struct model *model)
 {
     struct native_model *native = model->backend;
-    struct plant *plant = native->own;
+    struct plant *plant = native->data;
     if (plant_is_continuous(plant)) {
         text_set(&model->error, "a plant for model exchange has no steps; build it for co-simulation");
         return 1;
@@ -129,7 +129,7 @@ static int step(struct model *model)
 static size_t list_state(struct native_model *native, double **parts, size_t *sizes)
 {
     const struct native_robot *robot = &native->robot;
-    struct plant *plant = native->own;
+    struct plant *plant = native->data;
     parts[0] = &plant->ticks, sizes[0] = 1;
     parts[1] = robot->q, sizes[1] = robot->n;
     parts[2] = robot->qd, sizes[2] = robot->n;
@@ -142,7 +142,7 @@ static size_t list_state(struct native_model *native, double **parts, size_t *si
 static int after_restore(struct model *model)
 {
     const struct native_model *native = model->backend;
-    break_cables(native->own, native->robot.m);
+    break_cables(native->data, native->robot.m);
     return show(model);
 }
 
@@ -165,7 +165,7 @@ int native_plant_open(struct model *model, struct native_model *native, struct t
         text_set(error, "not enough memory for the model");
         return 1;
     }
-    native->own = plant;
+    native->data = plant;
     native->memory = &MEMORY;
     if (native_plant_settings(plant, native, error))
         return 1;

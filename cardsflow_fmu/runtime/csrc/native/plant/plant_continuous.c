@@ -18,7 +18,7 @@ static void get_states(const struct model *model, double *states)
 {
     const struct native_model *native = model->backend;
     const struct native_robot *robot = &native->robot;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     memcpy(states, robot->q, robot->n * sizeof *states);
     memcpy(states + robot->n, robot->qd, robot->n * sizeof *states);
     states += 2 * robot->n;
@@ -32,7 +32,7 @@ static void set_states(struct model *model, const double *states)
 {
     struct native_model *native = model->backend;
     const struct native_robot *robot = &native->robot;
-    struct plant *plant = native->own;
+    struct plant *plant = native->data;
     memcpy(robot->q, states, robot->n * sizeof *states);
     memcpy(robot->qd, states + robot->n, robot->n * sizeof *states);
     states += 2 * robot->n;
@@ -80,7 +80,7 @@ static int evaluate(struct model *model)
 {
     struct native_model *native = model->backend;
     const struct native_robot *robot = &native->robot;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     if (!are_finite(model, robot) || native_plant_apply_inputs(model) || native_plant_move(model))
         return 1;
     const int bad = core_derivative(robot->core, plant->muscle_commands, native_plant_torques(plant));
@@ -95,7 +95,7 @@ static int update(struct model *model, int *changed)
 {
     struct native_model *native = model->backend;
     const struct native_robot *robot = &native->robot;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     const size_t size = robot->n * sizeof(double);
     if (!are_finite(model, robot) || native_plant_apply_inputs(model) || native_plant_move(model))
         return 1;
@@ -126,7 +126,7 @@ static int has_event(struct model *model)
 {
     const struct native_model *native = model->backend;
     const struct native_robot *robot = &native->robot;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     size_t closures;
     core_array(robot->core, "closure_gap", &closures);
     for (size_t i = 0; i < plant->settings.of.indicators.count; i++) {
@@ -151,7 +151,7 @@ static const struct continuous_functions FUNCTIONS = {
 void native_plant_continuous_open(struct model *model)
 {
     const struct native_model *native = model->backend;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     model->continuous.functions = &FUNCTIONS;
     model->continuous.state_count = plant->settings.of.derivatives.count;
     model->continuous.indicator_count = plant->settings.of.indicators.count;

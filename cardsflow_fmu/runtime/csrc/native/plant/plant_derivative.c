@@ -25,7 +25,7 @@ struct change {
 /* Return the handle, which stays open for further requests. */
 static core_tangent *open_tangent(const struct native_model *native)
 {
-    struct plant *plant = native->own;
+    struct plant *plant = native->data;
     const core *plain = native->robot.core;
     if (!plant->tangent && (plant->tangent = malloc(core_tangent_size(plain))))
         core_tangent_open(plain, plant->tangent);
@@ -92,7 +92,7 @@ static int add_seed(const struct plant_settings *s, struct change *change, uint3
 static int add_seeds(struct model *model, struct change *change, const struct derivative *request)
 {
     const struct native_model *native = model->backend;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     const int is_at_start = native->clock[1] == 0;
     for (size_t i = 0; i < request->known_count; i++)
         change->largest = fmax(change->largest, fabs(request->seeds[i]));
@@ -110,7 +110,7 @@ static int add_seeds(struct model *model, struct change *change, const struct de
 
 static void begin(const struct native_model *native, core_tangent *tangent, const struct change *change)
 {
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     const struct native_robot *robot = &native->robot;
     core_tangent_set(tangent, TANGENT_COMMANDS, plant->muscle_commands, change->commands);
     core_tangent_set(tangent, TANGENT_Q, robot->q, change->q);
@@ -155,7 +155,7 @@ static int differentiate(const struct plant *plant, core_tangent *tangent, struc
 static int advance_with_tangent(struct model *model, core_tangent *tangent, struct change *change)
 {
     const struct native_model *native = model->backend;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     const int is_at_start = native->clock[1] == 0;
     size_t steps = 0;
     if (!is_at_start && !plant_is_continuous(plant) &&
@@ -247,7 +247,7 @@ static double output_change(const struct plant *plant, const struct change *chan
 static int write_answers(struct model *model, const struct change *change, const struct derivative *request)
 {
     const struct native_model *native = model->backend;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     for (size_t i = 0; i < request->unknown_count; i++) {
         const uint32_t unknown = request->unknowns[i];
         request->answers[i] = change->largest * output_change(plant, change, unknown);
@@ -274,7 +274,7 @@ static int derive(struct model *model, const struct derivative *request, core_ta
 int native_plant_derivative(struct model *model, const struct derivative *request)
 {
     const struct native_model *native = model->backend;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     struct change change;
     core_tangent *tangent = open_tangent(native);
     if (!tangent || open_change(&change, &native->robot, plant->settings.of.external_points.count)) {

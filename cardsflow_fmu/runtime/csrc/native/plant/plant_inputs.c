@@ -29,7 +29,7 @@ static int check_finite(struct model *model, const double *values, size_t count)
 int native_plant_apply_inputs(struct model *model)
 {
     const struct native_model *native = model->backend;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     const size_t loads = plant->settings.of.loads.count, wrenches = plant->settings.of.wrenches.count;
     const size_t torques = plant->settings.of.torques.count;
     if (check_finite(model, plant->torques, torques) || check_finite(model, plant->loads, loads) || check_finite(model, plant->wrenches, wrenches))

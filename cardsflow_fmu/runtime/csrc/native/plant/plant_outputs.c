@@ -7,7 +7,7 @@
 int native_plant_report_bad_command(struct model *model, size_t muscle)
 {
     const struct native_model *native = model->backend;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     for (size_t i = 0; i < plant->settings.of.commands.count; i++)
         if (plant->settings.commanded[i] == muscle)
             text_set(&model->error, "command %.17g of %s is not finite", plant->commands[i],
@@ -19,7 +19,7 @@ int native_plant_report_bad_command(struct model *model, size_t muscle)
 static int write_muscles(struct model *model)
 {
     const struct native_model *native = model->backend;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     const struct plant_settings *s = &plant->settings;
     const struct native_robot *robot = &native->robot;
     const int bad = core_drive(robot->core, robot->qd, native_plant_commands(plant));
@@ -47,7 +47,7 @@ static void write_energies(const struct plant *plant, const struct native_robot 
 int native_plant_write_outputs(struct model *model)
 {
     const struct native_model *native = model->backend;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     const struct native_robot *robot = &native->robot;
     memcpy(plant->q, robot->q, robot->n * sizeof(double));
     memcpy(plant->qd, robot->qd, robot->n * sizeof(double));
@@ -62,7 +62,7 @@ int native_plant_write_outputs(struct model *model)
 int native_plant_move(struct model *model)
 {
     struct native_model *native = model->backend;
-    const struct plant *plant = native->own;
+    const struct plant *plant = native->data;
     const int bad = core_move_checked(native->robot.core, native->robot.q, native->robot.qd);
     if (bad) {
         text_set(&model->error, "%s or its rate is not finite, or beyond 1e9",

@@ -97,9 +97,9 @@ int native_plant_settings(struct plant *plant, struct native_model *native, stru
     return place_values(plant, native, error);
 }
 
-void native_plant_free(void *own)
+void native_plant_free(void *data)
 {
-    struct plant *plant = own;
+    struct plant *plant = data;
     if (!plant)
         return;
     free(plant->muscle_commands);

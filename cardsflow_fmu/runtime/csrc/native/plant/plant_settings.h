@@ -9,6 +9,6 @@
 int native_plant_settings(struct plant *plant, struct native_model *native, struct text *error);
 
 /* Free this memory. */
-void native_plant_free(void *own);
+void native_plant_free(void *data);
 
 #endif

@@ -240,9 +240,9 @@ int process_attach(const char *argument, struct shared_memory *memory, struct be
 char *process_own_library(void)
 {
     Dl_info info;
-    char *(*own)(void) = process_own_library;
+    char *(*function)(void) = process_own_library;
     void *address;
-    memcpy(&address, &own, sizeof address);
+    memcpy(&address, &function, sizeof address);
     if (!dladdr(address, &info) || !info.dli_fname)
         return NULL;
     return realpath(info.dli_fname, NULL);
