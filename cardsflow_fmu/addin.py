@@ -197,8 +197,8 @@ def _require_addin(target: Path) -> None:
         raise InputError(problem, file=target)
     if not target.exists():
         return
-    ours = _identity(Path(addin_sdfusion.__file__).parent)
-    if not target.is_dir() or ours is None or _identity(target) != ours:
+    identity = _identity(Path(addin_sdfusion.__file__).parent)
+    if not target.is_dir() or identity is None or _identity(target) != identity:
         raise InputError("is not this add-in; move it, or use another --folder", file=target)
 
 

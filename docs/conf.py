@@ -72,18 +72,18 @@ def public_names(match: re.Match[str]) -> str:
     module = importlib.import_module(package)
     lines = []
     for name in module.__all__:
-        thing = getattr(module, name)
-        if inspect.isclass(thing):
+        member = getattr(module, name)
+        if inspect.isclass(member):
             lines += [f".. autoclass:: {package}.{name}", "   :members:", "   :no-index:", ""]
-        elif inspect.isfunction(thing):
+        elif inspect.isfunction(member):
             lines += [f".. autofunction:: {package}.{name}", "   :no-index:", ""]
     return "\n".join(lines)
 
 
 def plain_docstring(
-    app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]
+    app: Sphinx, kind: str, name: str, member: Any, options: Any, lines: list[str]
 ) -> None:
-    """Keep what our docstrings say from being taken for markup: |x|, a * b, a trailing _."""
+    """Escape characters that are markup in reStructuredText: |x|, a * b, a trailing _."""
     for k, line in enumerate(lines):
         parts = re.split(r"(`[^`]*`)", line)
         parts[::2] = [re.sub(r"([|*]|_\b)", r"\\\1", part) for part in parts[::2]]

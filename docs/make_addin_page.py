@@ -159,9 +159,9 @@ def _field(item: Input, example: Example) -> str:
 
 
 def _table(item: Input, example: Example) -> str:
-    whole = sum(item.widths)
+    total = sum(item.widths)
     heads = "".join(
-        f'<th style="width: {100 * width / whole:.0f}%">{escape(column)}</th>'
+        f'<th style="width: {100 * width / total:.0f}%">{escape(column)}</th>'
         for column, width in zip(item.columns, item.widths, strict=True)
     )
     icons = example.icons.get(item.id, {})

@@ -236,7 +236,7 @@ def _pattern(port: Port, experiment: Experiment) -> tuple[str, str]:
 
 def _names(experiment: Experiment) -> dict[str, list[str]]:
     robot, scene = experiment.robot, experiment.scene
-    objects = [thing.name for thing in scene.moving_objects] if scene else []
+    objects = [item.name for item in scene.moving_objects] if scene else []
     return {
         "<joint>": [c.name for c in robot.coordinates],
         "<muscle>": [muscle.name for muscle in robot.muscles],
@@ -459,8 +459,8 @@ def security_page() -> str:
     ]
     text = (ROOT / "docs/explanation/security.md").read_text(encoding="utf-8")
     begin, end = "<!-- limits -->", "<!-- end of limits -->"
-    made = f"{begin}\n{table(['file', 'maximum size', 'maximum contents'], rows)}\n{end}"
-    return re.sub(f"{begin}.*{end}", made, text, flags=re.DOTALL)
+    section = f"{begin}\n{table(['file', 'maximum size', 'maximum contents'], rows)}\n{end}"
+    return re.sub(f"{begin}.*{end}", section, text, flags=re.DOTALL)
 
 
 FORMATS = (SDF, URDF, CASPR, Capabilities(MJCF.title, (*MJCF.rows, *mesh_rows({}))), OPENSIM)
@@ -475,8 +475,8 @@ def robots_page() -> str:
     heads = ["feature", *(capabilities.title for capabilities in FORMATS)]
     text = (ROOT / "docs/reference/robots.md").read_text(encoding="utf-8")
     begin, end = "<!-- features -->", "<!-- end of features -->"
-    made = f"{begin}\n{table(heads, rows)}\n{end}"
-    return re.sub(f"{begin}.*{end}", lambda _: made, text, flags=re.DOTALL)
+    section = f"{begin}\n{table(heads, rows)}\n{end}"
+    return re.sub(f"{begin}.*{end}", lambda _: section, text, flags=re.DOTALL)
 
 
 def _treatments(capabilities: Capabilities, feature: Feature) -> str:

@@ -78,5 +78,5 @@ def _limit(name: str, step: float) -> float:
 
 def _display_name(name: str) -> str:
     """Return a description of a column for messages."""
-    kind, _, part = name.partition(".")
-    return f"joint {part}" if kind == "qd" else f"the force of muscle {part}"
+    kind, _, item = name.partition(".")
+    return f"joint {item}" if kind == "qd" else f"the force of muscle {item}"

@@ -51,15 +51,15 @@ class ExternalFmu:
 
 
 def without_missing_loads(
-    wiring: Wiring, fmus: Collection[str], parts: Iterable[Ported], loads: Sequence[str]
+    wiring: Wiring, fmus: Collection[str], models: Iterable[Ported], loads: Sequence[str]
 ) -> dict[str, str | float]:
     """Return an experiment's wiring without loads that external FMUs have no inputs for."""
     missing = {
-        f"{part.name}.{load}"
-        for part in parts
-        if part.name in fmus
+        f"{model.name}.{load}"
+        for model in models
+        if model.name in fmus
         for load in loads
-        if load not in part.input_names
+        if load not in model.input_names
     }
     return {
         target: source

@@ -60,14 +60,14 @@ def connect(
 
 
 def routes(
-    parts: Sequence[Ported], wiring: Wiring, *, by_name: bool = True
+    participants: Sequence[Ported], wiring: Wiring, *, by_name: bool = True
 ) -> dict[str, str | float]:
     """Return the source of each input: an output or a number, all by full name.
 
     Arguments and errors are those of `connect`, except for units.
     """
-    outputs = [f"{p.name}.{name}" for p in parts for name in p.output_names]
-    inputs = [f"{p.name}.{name}" for p in parts for name in p.input_names]
+    outputs = [f"{p.name}.{name}" for p in participants for name in p.output_names]
+    inputs = [f"{p.name}.{name}" for p in participants for name in p.input_names]
     by_target = _expand_wiring(wiring, inputs, outputs)
     if by_name:
         _add_equal_names(by_target, inputs, outputs)

@@ -210,8 +210,8 @@ class Experiment:
         """Return warnings about gains, key files, cables, meshes and the world, one line each."""
         file = self.hardware.key_file if self.hardware.use else None
         key = None if file is None else key_warning(file, "hardware.key_file")
-        robots = self.parts or (self,)
-        meshes = [line for it in robots for line in omitted_meshes(it.robot, it.folder, self.roots)]
+        robots, roots = self.parts or (self,), self.roots
+        meshes = [line for one in robots for line in omitted_meshes(one.robot, one.folder, roots)]
         cables = [] if self.hardware.use else not_simulated(self.robot)
         world = [finding.located for finding in self.world_findings]
         found = (self._gain_warning(), self._friction_warning(), key, *cables, *meshes, *world)

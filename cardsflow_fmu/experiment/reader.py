@@ -312,9 +312,9 @@ def _read_plant(
     links = [link.name for link in robot.links]
     for name in settings.wrenches:
         context.require("plant.wrenches", "link", name, links)
-    taken = set(load_signals(robot)).intersection(wrench_signals(settings.wrenches))
-    if taken:
-        problem = f"{sorted(taken)[0]!r} is also the force on an end-effector point; rename one"
+    shared = set(load_signals(robot)).intersection(wrench_signals(settings.wrenches))
+    if shared:
+        problem = f"{sorted(shared)[0]!r} is also the force on an end-effector point; rename one"
         raise context.error("plant.wrenches", problem)
     if settings.integrator == "rk4":
         try:

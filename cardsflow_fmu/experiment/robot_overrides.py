@@ -59,20 +59,20 @@ def with_overrides(robot: Robot, overrides: Mapping[str, Any], file: Path, key: 
     Raises:
         InputError: A change is invalid.
     """
-    held: dict[str, Any] = {}
+    locked: dict[str, Any] = {}
     try:
         for kind, parts in overrides.items():
             items = {item.name: item for item in getattr(robot, kind)}
             for key_, name, fields in expand_names(parts, KINDS[kind], items, kind):
                 if kind in _MAY_BE_LOCKED and isinstance(fields, Mapping) and LOCKED in fields:
                     fields = dict(fields)
-                    held |= _locked_positions(items[name], fields.pop(LOCKED), f"{key_}.{LOCKED}")
+                    locked |= _locked_positions(items[name], fields.pop(LOCKED), f"{key_}.{LOCKED}")
                 if kind == "joints":
                     items[name], fields = _apply_motor_settings(items[name], fields, key_)
                 items[name] = _change_part(items[name], fields, key_, _EXTRA_KEYS.get(kind, ()))
             robot = _replace_parts(robot, kind, list(items.values()))
-        if held:
-            robot = lock(robot, _lock_positions(robot, held))
+        if locked:
+            robot = lock(robot, _lock_positions(robot, locked))
     except InputError as error:
         error.file, error.key = file, join_keys(key, error.key)
         raise
@@ -112,11 +112,11 @@ def _locked_positions(item: Joint | Coordinate, value: Any, key: str) -> dict[st
     return {c.name: float(x) for c, x in zip(coordinates, values, strict=True)}
 
 
-def _lock_positions(robot: Robot, held: Mapping[str, Any]) -> dict[str, float]:
+def _lock_positions(robot: Robot, locked: Mapping[str, Any]) -> dict[str, float]:
     return {
-        c.name: min(max(c.initial, c.lower), c.upper) if held[c.name] is True else held[c.name]
+        c.name: min(max(c.initial, c.lower), c.upper) if locked[c.name] is True else locked[c.name]
         for c in robot.coordinates
-        if c.name in held
+        if c.name in locked
     }
 
 
@@ -138,8 +138,8 @@ def _replace_parts(robot: Robot, kind: str, items: Sequence[Any]) -> Robot:
             for joint in robot.joints
         )
         return replace(robot, joints=tuple(joints))
-    whole: dict[str, Any] = {kind: tuple(items)}
-    return replace(robot, **whole)
+    changes: dict[str, Any] = {kind: tuple(items)}
+    return replace(robot, **changes)
 
 
 def _change_part(item: Any, fields: Any, key: str, extra_keys: Sequence[str] = ()) -> Any:

@@ -167,9 +167,9 @@ def type_names(fmu: FmuDescription) -> dict[str, str]:
 
     A type must not share its name with a variable.
     """
-    taken = {variable.name for variable in fmu.variables}
+    names = {variable.name for variable in fmu.variables}
     used = {variable.unit for variable in fmu.variables}
-    return {u: name for u, name in _QUANTITIES.items() if u in used and name not in taken}
+    return {u: name for u, name in _QUANTITIES.items() if u in used and name not in names}
 
 
 def display_unit(unit: str) -> dict[str, str]:

@@ -39,10 +39,10 @@ def libraries_for(
     names = list(dict.fromkeys(find_platform(name).tuple for name in platforms))
     if not names:
         raise InputError("an FMU requires at least one platform, such as linux64")
-    there = {this_platform().tuple: library_path(native=native)}
+    libraries = {this_platform().tuple: library_path(native=native)}
     if native:
-        there = prebuilt_libraries() | there
-    return {name: there.get(name) or compile_for(name, folder, native=native) for name in names}
+        libraries = prebuilt_libraries() | libraries
+    return {name: libraries.get(name) or compile_for(name, folder, native=native) for name in names}
 
 
 def compile_for(platform: str, folder: Path, *, native: bool = False) -> Path:

@@ -117,8 +117,8 @@ def _states_of(fmu: FmuDescription, variable: Variable) -> list[Variable] | None
     if state is None:
         states = {state_signal(other.name) for other in fmu.variables}
         return [variable] if variable.name in states else None
-    prefix, _, thing = state.partition(".")
+    prefix, _, joint = state.partition(".")
     if prefix != "q":
         return None
-    velocity = f"qd.{thing}" if thing else "qd"
+    velocity = f"qd.{joint}" if joint else "qd"
     return [other for other in fmu.variables if other.name == velocity]

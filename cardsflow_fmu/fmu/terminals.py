@@ -46,16 +46,16 @@ def _group(
     terminal = _terminal(name, description)
     inner: dict[str, ET.Element] = {}
     for variable in variables:
-        prefix, _, thing = variable.name.partition(".")
+        prefix, _, item = variable.name.partition(".")
         if prefix not in prefixes or variable.port.causality == "parameter":
             continue
         if variable.is_array:
             _add_member(terminal, variable, prefix)
             continue
-        thing, _, axis = thing.partition(".")
-        if thing not in inner:
-            inner[thing] = _terminal(thing, f"Signals of {thing}")
-        _add_member(inner[thing], variable, f"{prefix}.{axis}" if axis else prefix)
+        item, _, axis = item.partition(".")
+        if item not in inner:
+            inner[item] = _terminal(item, f"Signals of {item}")
+        _add_member(inner[item], variable, f"{prefix}.{axis}" if axis else prefix)
     terminal.extend(inner.values())
     return terminal
 

@@ -22,11 +22,11 @@ _ADVICE = "run it with `compute = 'python'`, or as FMUs"
 
 
 def missing_in_loop(experiment: Experiment, names: Sequence[str] | None = None) -> str | None:
-    """Return a part of a run that C does not support, or None."""
+    """Return a feature of a run that C does not support, or None."""
     names = experiment.columns if names is None else names
-    part = _unsupported_part(experiment, names)
+    feature = _unsupported_part(experiment, names)
     requirements = (missing_in_c(experiment, name) for name in names)
-    return part or next((text for text in requirements if text is not None), None)
+    return feature or next((text for text in requirements if text is not None), None)
 
 
 def require_native(experiment: Experiment, names: Sequence[str]) -> None:

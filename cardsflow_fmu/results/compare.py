@@ -78,11 +78,11 @@ def compare_results(
     compared: dict[str, dict[str, Any]] = {}
     block = max(1, _BLOCK_SIZE // max(1, len(rows_a)))
     for begin in range(0, len(common), block):
-        part = common[begin : begin + block]
-        columns_a, columns_b = ([index[n] for n in part] for index in indices)
+        block_names = common[begin : begin + block]
+        columns_a, columns_b = ([index[n] for n in block_names] for index in indices)
         pairs = ((a, rows_a, columns_a), (b, rows_b, columns_b))
         found = _compare_rows(*pairs, atol, rtol)
-        for name, column in zip(part, found, strict=True):
+        for name, column in zip(block_names, found, strict=True):
             compared[name] = column | {"unit": a.units.get(name) or b.units.get(name) or ""}
     counts = [len(a.rows), len(b.rows)]
     same_rows = counts == [len(rows_a), len(rows_a)]
@@ -134,12 +134,12 @@ def _common_rows(a: FloatArray, b: FloatArray) -> tuple[Rows, Rows]:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     rows, partners = [], []
     for begin in range(0, len(a), _BLOCK_SIZE):
-        part = a[begin : begin + _BLOCK_SIZE]
-        after = np.searchsorted(b, part).clip(0, len(b) - 1)
+        times = a[begin : begin + _BLOCK_SIZE]
+        after = np.searchsorted(b, times).clip(0, len(b) - 1)
         before = (after - 1).clip(0)
-        nearest = np.where(np.abs(b[before] - part) < np.abs(b[after] - part), before, after)
-        tolerance = _TIME_TOLERANCE * np.maximum(1.0, np.abs(part))
-        found = np.flatnonzero(np.abs(b[nearest] - part) <= tolerance)
+        nearest = np.where(np.abs(b[before] - times) < np.abs(b[after] - times), before, after)
+        tolerance = _TIME_TOLERANCE * np.maximum(1.0, np.abs(times))
+        found = np.flatnonzero(np.abs(b[nearest] - times) <= tolerance)
         rows.append(found + begin)
         partners.append(nearest[found])
     return np.concatenate(rows), np.concatenate(partners)
@@ -158,13 +158,13 @@ def _compare_rows(a: Part, b: Part, atol: float, rtol: float) -> list[dict[str, 
     return [_merge(parts) for parts in zip(*blocks, strict=True)]
 
 
-def _merge(parts: Sequence[tuple[float, float, bool]]) -> dict[str, Any]:
+def _merge(blocks: Sequence[tuple[float, float, bool]]) -> dict[str, Any]:
     """Return the comparison of a column from those of its blocks.
 
     The largest difference is None if it is not finite.
     """
-    largest, at, _ = max(parts, key=lambda part: part[0])
-    beyond = any(part[2] for part in parts)
+    largest, at, _ = max(blocks, key=lambda block: block[0])
+    beyond = any(block[2] for block in blocks)
     return {"largest": largest if math.isfinite(largest) else None, "at": at, "beyond": beyond}
 
 

@@ -49,8 +49,8 @@ class Batch(NamedTuple):
 def nanoseconds(time: FloatArray) -> NDArray[np.int64]:
     """Return times in [s] as integers in [ns]."""
     with np.errstate(over="ignore"):
-        whole = np.nan_to_num(np.rint(1e9 * time), nan=_MAX_TIME)
-    times: NDArray[np.int64] = np.clip(whole, -_MAX_TIME, _MAX_TIME).astype(np.int64)
+        rounded = np.nan_to_num(np.rint(1e9 * time), nan=_MAX_TIME)
+    times: NDArray[np.int64] = np.clip(rounded, -_MAX_TIME, _MAX_TIME).astype(np.int64)
     return times
 
 

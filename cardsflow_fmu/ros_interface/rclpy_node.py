@@ -174,14 +174,14 @@ class RosInbox:
         subscription, wait_set = self._subscription, self._wait_set
         handle = subscription.handle
         with handle:
-            while (taken := handle.take_message(subscription.msg_type, subscription.raw)) is None:
+            while (sample := handle.take_message(subscription.msg_type, subscription.raw)) is None:
                 left = until - time.monotonic()
                 if left <= 0.0:
                     return None
                 wait_set.clear_entities()
                 wait_set.add_subscription(handle)
                 wait_set.wait(int(1e9 * min(left, _MAX_WAIT)))
-        message, info = taken
+        message, info = sample
         return Received(message, self._sole_publisher(), int(info["source_timestamp"] or 0))
 
     def _sole_publisher(self) -> Hashable:

@@ -58,7 +58,7 @@ def _without_errors(robot: Robot, findings: Sequence[Finding]) -> Robot | None:
         return robot
     muscles = {subject.name for subject in wrong if subject.kind == "muscle"}
     surfaces = {subject.name for subject in wrong if subject.kind == "wrap_surface"}
-    kept = replace(
+    valid = replace(
         robot.with_muscles(
             muscle
             for muscle in robot.muscles
@@ -67,7 +67,7 @@ def _without_errors(robot: Robot, findings: Sequence[Finding]) -> Robot | None:
         ),
         wrap_surfaces=tuple(s for s in robot.wrap_surfaces if s.name not in surfaces),
     )
-    return None if any(finding.is_error for finding in check(kept)) else kept
+    return None if any(finding.is_error for finding in check(valid)) else valid
 
 
 def _evaluate_valid(robot: Robot, pose: FloatArray) -> dict[str, Any]:

@@ -119,8 +119,8 @@ def design() -> DesignSnapshot:
     """The design."""
     robot = read_robot(EXAMPLES / "roboy_left_arm/robot")
     T = poses(robot)
-    held = {joint.parent: joint.T_parent_joint.position for joint in robot.joints}
-    ends = {link.name: held.get(link.name, link.end or link.inertia.com) for link in robot.links}
+    distal = {joint.parent: joint.T_parent_joint.position for joint in robot.joints}
+    ends = {link.name: distal.get(link.name, link.end or link.inertia.com) for link in robot.links}
     torso = bar(np.array([0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.6]))
     steel = MassSnapshot(4.0, (0.0, 0.0, 0.3), (0.48, 0.48, 0.0006, 0, 0, 0), (0.12, 0.12, 0.0006))
     return DesignSnapshot(

@@ -32,11 +32,11 @@ def link(name: str) -> Compound:
     bar.label = "bar"
     ball = Pos(0, 0, LENGTH / 2) * Sphere(RADIUS)
     ball.label, ball.material = "ball", "gold"
-    made = Compound(label=name, children=[bar, ball])
-    RigidJoint("foot", made, Axis.Y.location)  # its z is what the joint's axis comes to lie on
+    assembly = Compound(label=name, children=[bar, ball])
+    RigidJoint("foot", assembly, Axis.Y.location)  # its z is what the joint's axis comes to lie on
     for side, x in (("left", -100), ("right", 100)):  # names for places: where muscles end
-        RigidJoint(side, made, Location((x, 0, 0.8 * LENGTH)))
-    return made
+        RigidJoint(side, assembly, Location((x, 0, 0.8 * LENGTH)))
+    return assembly
 
 
 base = Cylinder(50, 20, align=(Align.CENTER, Align.CENTER, Align.MAX))

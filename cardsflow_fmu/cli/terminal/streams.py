@@ -83,9 +83,9 @@ def printable_streams() -> Iterator[None]:
     one of them, and libraries would print into it.
     """
     with contextlib.suppress(OSError):
-        while (taken := os.open(os.devnull, os.O_RDWR)) <= 2:
+        while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
             pass
-        os.close(taken)
+        os.close(descriptor)
     with contextlib.ExitStack() as stack:
         out, err = (
             stack.enter_context(open(os.devnull, "w")) if stream is None else stream  # noqa: PTH123

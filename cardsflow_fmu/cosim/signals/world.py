@@ -38,7 +38,7 @@ def contact_signals(scene: Scene) -> list[str]:
 
 def object_signals(scene: Scene) -> list[str]:
     """Return `object.<name>.x`, ..., `.qz` of every moving object."""
-    names = signal_names("object", [thing.name for thing in scene.moving_objects])
+    names = signal_names("object", [item.name for item in scene.moving_objects])
     return [f"{name}.{axis}" for name in names for axis in (*"xyz", *_QUATERNION)]
 
 
@@ -51,9 +51,9 @@ def world_ports(scene: Scene | None) -> list[Port]:
         for name in contact_signals(scene)
     ]
     for name in object_signals(scene):
-        thing, _, axis = name.removeprefix("object.").rpartition(".")
+        body, _, axis = name.removeprefix("object.").rpartition(".")
         is_rotation = axis in _QUATERNION
-        meaning = f"{'Unit quaternion' if is_rotation else 'Position'} of {thing}"
+        meaning = f"{'Unit quaternion' if is_rotation else 'Position'} of {body}"
         unit, bound = ("", 1.0) if is_rotation else ("m", math.inf)
         ports.append(Port(name, unit, "output", "continuous", meaning, lower=-bound, upper=bound))
     return [*ports, *_friction_ports(scene)]

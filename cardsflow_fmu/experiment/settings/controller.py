@@ -284,8 +284,8 @@ class ControllerSettings(Table):
             return super().data({*type(self).model_fields, "space"} - set(_FEEDBACK_KEYS))
         leave_out = [*leave_out, *(() if self.type == MPC else _MPC_KEYS)]
         if self.space == "joint":
-            whole = super().data([*leave_out, *_TASK_KEYS])
-            return whole | ({"norm": INFINITY} if math.isinf(self.norm) else {})
+            values = super().data([*leave_out, *_TASK_KEYS])
+            return values | ({"norm": INFINITY} if math.isinf(self.norm) else {})
         exact = [w if math.isfinite(w) else EXACT for w in self.task_weights]
         nothing = dict.fromkeys(("posture", "limit_bandwidth"), False)
         return nothing | super().data(leave_out) | {"task_weights": exact}

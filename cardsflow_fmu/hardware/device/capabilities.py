@@ -67,8 +67,8 @@ class Capabilities:
     def _is_multiple_of_step(self, time: float) -> bool:
         """Return whether a time is a whole number of device steps, from 1 to `MAX_STEPS`."""
         steps = min(time / self.step, MAX_STEPS + 1.0)
-        whole = abs(steps - round(steps)) <= _ROUNDING * steps
-        return whole and 1 <= round(steps) <= MAX_STEPS
+        is_whole = abs(steps - round(steps)) <= _ROUNDING * steps
+        return is_whole and 1 <= round(steps) <= MAX_STEPS
 
 
 def bounds(value: ArrayLike, count: int, name: str) -> FloatArray:

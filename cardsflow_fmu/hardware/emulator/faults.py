@@ -90,8 +90,8 @@ class FaultyChannel:
     @property
     def next_due(self) -> float:
         """Arrival time of the next frame, in [s], or infinity if no frame is on the line."""
-        held = math.inf if self._held is None else self._held[0] + _MAX_HOLD_TIME
-        return min(held, self._waiting[0][0] if self._waiting else math.inf)
+        release = math.inf if self._held is None else self._held[0] + _MAX_HOLD_TIME
+        return min(release, self._waiting[0][0] if self._waiting else math.inf)
 
     def _is_out(self, time: float) -> bool:
         return any(begin <= time < begin + length for begin, length in self._faults.outages)

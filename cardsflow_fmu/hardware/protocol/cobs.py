@@ -14,12 +14,12 @@ def encode(frame: bytes) -> bytes:
     """Return the stuffed bytes of a frame, including the terminating zero."""
     line = bytearray()
     for stretch in frame.split(b"\0"):
-        whole = len(stretch) // _MAX_BLOCK
-        for k in range(whole):
+        blocks = len(stretch) // _MAX_BLOCK
+        for k in range(blocks):
             line.append(_MAX_BLOCK + 1)
             line += stretch[k * _MAX_BLOCK : (k + 1) * _MAX_BLOCK]
-        line.append(len(stretch) - whole * _MAX_BLOCK + 1)
-        line += stretch[whole * _MAX_BLOCK :]
+        line.append(len(stretch) - blocks * _MAX_BLOCK + 1)
+        line += stretch[blocks * _MAX_BLOCK :]
     line.append(0)
     return bytes(line)
 

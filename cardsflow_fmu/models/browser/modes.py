@@ -39,11 +39,11 @@ def with_wrenches(experiment: Experiment) -> Experiment:
     robot, given = experiment.robot, experiment.plant.wrenches
     _, places = moving_frames(robot)
     pulled = {places[name].frame for name in given} | {-1}
-    taken = set(load_signals(robot))
+    load_names = set(load_signals(robot))
     added = []
     for link in robot.links:
         frame = places[link.name].frame
-        if frame not in pulled and not taken.intersection(wrench_signals([link.name])):
+        if frame not in pulled and not load_names.intersection(wrench_signals([link.name])):
             pulled.add(frame)
             added.append(link.name)
     wiring = dict.fromkeys((f"plant.{name}" for name in wrench_signals(added)), 0.0)
@@ -98,22 +98,22 @@ def stepping_in_mode(experiment: Experiment, names: tuple[str, ...]) -> Coupling
 
 
 def wiring_in_mode(
-    experiment: Experiment, parts: Sequence[WiredPorts], names: Collection[str]
+    experiment: Experiment, models: Sequence[WiredPorts], names: Collection[str]
 ) -> dict[str, str | float]:
     """Return the source of each input of the models that step in a mode.
 
     Args:
         experiment: The experiment of the mode.
-        parts: All models of the experiment, with the start values of their inputs.
+        models: All models of the experiment, with the start values of their inputs.
         names: The models that step. Inputs keep their value if their source does not step, and the
             page sets the targets of a controller without a reference.
     """
     starts = {
-        f"{part.name}.{name}": float(value)
-        for part in parts
-        for name, value in zip(part.input_names, part.inputs, strict=True)
+        f"{model.name}.{name}": float(value)
+        for model in models
+        for name, value in zip(model.input_names, model.inputs, strict=True)
     }
-    if len(parts) == 1:
+    if len(models) == 1:
         return dict(starts)  # of the plant alone
     wiring = {k: v for k, v in experiment.wiring.items() if members(k, starts)}
     if "controller" in names and "reference" not in names:
@@ -121,7 +121,7 @@ def wiring_in_mode(
         wiring |= {name: starts[name] for name in (f"controller.{port.name}" for port in group)}
     return {
         target: source if not isinstance(source, str) or _part(source) in names else starts[target]
-        for target, source in routes(parts, wiring).items()
+        for target, source in routes(models, wiring).items()
         if _part(target) in names
     }
 

@@ -97,9 +97,9 @@ def engine_data(experiment: Experiment, modes: Sequence[Mode] = MODES) -> bytes:
 
 
 def _require_support(experiment: Experiment, names: Sequence[str]) -> None:
-    part = missing_in_loop(experiment, names)
-    if part is not None:
-        problem = f"a page cannot simulate {part}; use `cardsflow run --view`"
+    feature = missing_in_loop(experiment, names)
+    if feature is not None:
+        problem = f"a page cannot simulate {feature}; use `cardsflow run --view`"
         raise InputError(problem, file=experiment.file)
 
 

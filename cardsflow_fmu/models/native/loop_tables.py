@@ -36,34 +36,34 @@ class LoopTables(NamedTuple):
 
 
 def loop_tables(
-    parts: Sequence[WiredPorts], wiring: Wiring, stepping: Coupling, every: Mapping[str, int]
+    models: Sequence[WiredPorts], wiring: Wiring, stepping: Coupling, every: Mapping[str, int]
 ) -> LoopTables:
     """Return the tables of a loop.
 
     Args:
-        parts: The models, in the order of the columns.
+        models: The models, in the order of the columns.
         wiring: Connections that differ from those by equal names; constant inputs are set here.
         stepping: Coupling of the models.
         every: Number of base steps per step of each model, by name.
     """
-    numbers = {part.name: k for k, part in enumerate(parts)}
-    copies = connect(parts, wiring)
+    numbers = {model.name: k for k, model in enumerate(models)}
+    copies = connect(models, wiring)
     groups, before = stepping.stages(list(numbers))
     turns, routes, changes = [], [], []
     for stage, group in enumerate(groups):
         for name in group:
             turns.append((numbers[name], every[name], len(copies[name]), stage))
-            routes += [_route(copy, name, parts) for copy in copies[name]]
+            routes += [_route(copy, name, models) for copy in copies[name]]
             changes += [(copy.change.factor, copy.change.offset) for copy in copies[name]]
     timer = [
-        (k, _variable_names(part).index(SOLVE_TIME))
-        for k, part in enumerate(parts)
-        if part.name == "controller"
+        (k, _variable_names(model).index(SOLVE_TIME))
+        for k, model in enumerate(models)
+        if model.name == "controller"
     ]
     columns = [
-        (k, _variable_names(part).index(name))
-        for k, part in enumerate(parts)
-        for name in part.output_names
+        (k, _variable_names(model).index(name))
+        for k, model in enumerate(models)
+        for name in model.output_names
         if name != SOLVE_TIME
     ]
     return LoopTables(
@@ -80,13 +80,13 @@ def _table(rows: Sequence[tuple[int, ...]], width: int) -> NDArray[np.int32]:
     return np.array(rows, dtype=np.int32).reshape(-1, width)
 
 
-def _route(copy: Copy, target: str, parts: Sequence[WiredPorts]) -> tuple[int, int, int, int]:
+def _route(copy: Copy, target: str, models: Sequence[WiredPorts]) -> tuple[int, int, int, int]:
     """Return source model, index, target model and index of a copy."""
-    source = next(k for k, part in enumerate(parts) if part.outputs is copy.source)
-    end = next(k for k, part in enumerate(parts) if part.name == target)
-    return source, len(parts[source].input_names) + copy.source_index, end, copy.target_index
+    source = next(k for k, model in enumerate(models) if model.outputs is copy.source)
+    end = next(k for k, model in enumerate(models) if model.name == target)
+    return source, len(models[source].input_names) + copy.source_index, end, copy.target_index
 
 
-def _variable_names(part: WiredPorts) -> tuple[str, ...]:
+def _variable_names(model: WiredPorts) -> tuple[str, ...]:
     """Return the names of inputs and outputs in the order of the values."""
-    return (*part.input_names, *part.output_names)
+    return (*model.input_names, *model.output_names)

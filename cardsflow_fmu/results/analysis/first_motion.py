@@ -141,7 +141,7 @@ def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatAr
     low, high = np.maximum(dynamics.f_min, -limit), np.minimum(dynamics.f_max, limit)
     with np.errstate(over="ignore", invalid="ignore"):
         torques, torque = A * (high - low), M @ qdd + dynamics.gravity(q)
-    if not all(np.isfinite(part).all() for part in (M, torques, torque)):
+    if not all(np.isfinite(array).all() for array in (M, torques, torque)):
         raise InputError(
             "inertias, moment arms, weights or forces are not finite; a length, mass or force of "
             "the robot is too large"
@@ -270,12 +270,12 @@ def _signed_step(
     robot: Robot, dynamics: CoreDynamics, start: FloatArray, k: int, options: tuple[float, float]
 ) -> float:
     """Return the step of one coordinate with the larger force margin, halved until one fits."""
-    for part in 0.5 ** np.arange(_HALVINGS):
-        steps = [_unit_step(k, part * option, start) for option in options]
+    for fraction in 0.5 ** np.arange(_HALVINGS):
+        steps = [_unit_step(k, fraction * option, start) for option in options]
         margins = [_margin_along(robot, dynamics, start, step) for step in steps]
         gains = [max(t - MARGIN, 0.0) * abs(x) for t, x in zip(margins, options, strict=True)]
         if max(gains) > 0.0:
-            return float(part * options[int(np.argmax(gains))])
+            return float(fraction * options[int(np.argmax(gains))])
     return 0.0
 
 

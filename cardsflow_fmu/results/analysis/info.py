@@ -171,15 +171,15 @@ def robot_tables(info: dict[str, Any]) -> list[tuple[list[str], list[list[Any]]]
 
 def describe_robot(info: dict[str, Any]) -> str:
     """Return the information about a robot as tables of text."""
-    parts = [*(f"WARNING: {line}" for line in info["not_simulated"]), robot_title(info)]
-    parts += [
+    sections = [*(f"WARNING: {line}" for line in info["not_simulated"]), robot_title(info)]
+    sections += [
         table(heads, [list(map(_text, row)) for row in rows]) for heads, rows in robot_tables(info)
     ]
     for kind, active in (("cable_sets", "cable_set"), ("operational_spaces", "operational_space")):
         if info[kind]:
             names = [f"{name} (active)" if name == info[active] else name for name in info[kind]]
-            parts.append(f"{kind.replace('_', ' ')}: {', '.join(names)}")
-    return "\n\n".join(part for part in parts if part)
+            sections.append(f"{kind.replace('_', ' ')}: {', '.join(names)}")
+    return "\n\n".join(section for section in sections if section)
 
 
 def describe_fmu(info: dict[str, Any]) -> str:

@@ -10,11 +10,11 @@ from cardsflow_fmu.utils.text_table import table
 
 def describe_sizes(sizes: dict[str, Any]) -> str:
     """Return the result of `size` as tables of text."""
-    parts = [
+    sections = [
         f"{sizes['points']} points from {sizes['begin']:g} to {sizes['end']:g} s, forces by "
         f"{sizes['method']}, required f_max with a margin of {100 * sizes['margin']:g} %"
     ]
-    parts += list(_warnings(sizes))
+    sections += list(_warnings(sizes))
     heads = [
         "muscle",
         "peak [N]",
@@ -28,16 +28,16 @@ def describe_sizes(sizes: dict[str, Any]) -> str:
     ]
     rows = [_cells(row, "f_max", "f_min", "f_max") for row in sizes["muscles"]]
     if rows:
-        parts.append(table(heads, rows))
-    parts += list(_motor_tables(sizes["motors"]))
+        sections.append(table(heads, rows))
+    sections += list(_motor_tables(sizes["motors"]))
     if any(row["torque_down"] is not None for row in sizes["coordinates"]):
         rows = [
             [row["name"], _number(row["torque_down"]), _number(row["torque_up"])]
             for row in sizes["coordinates"]
         ]
-        parts.append(table(["coordinate", "minimum torque margin down", "up"], rows))
-    parts.append(_bottleneck_text(sizes))
-    return "\n\n".join(part for part in parts if part)
+        sections.append(table(["coordinate", "minimum torque margin down", "up"], rows))
+    sections.append(_bottleneck_text(sizes))
+    return "\n\n".join(section for section in sections if section)
 
 
 def _warnings(sizes: dict[str, Any]) -> Iterator[str]:

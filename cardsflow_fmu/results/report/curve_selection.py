@@ -62,7 +62,7 @@ def curve_colours(names: Sequence[str]) -> list[str]:
     for k, group in enumerate(groups):
         place = groups[:k].count(group) / max(1, members[group] - 1)
         white = _MAX_WHITE * place
-        red, green, blue = (white + (1.0 - white) * part for part in to_rgb(hue_of[group]))
+        red, green, blue = (white + (1.0 - white) * channel for channel in to_rgb(hue_of[group]))
         colours.append(to_hex((red, green, blue)))
     return colours
 

@@ -22,12 +22,12 @@ def downsample(x: FloatArray, y: FloatArray, bins: int = BINS) -> tuple[FloatArr
     size = -(-len(x) // bins)
     if size <= 2:
         return x, y
-    whole = len(y) // size * size
-    groups = y[:whole].reshape(-1, size)
-    firsts = np.arange(0, whole, size)
+    grouped = len(y) // size * size
+    groups = y[:grouped].reshape(-1, size)
+    firsts = np.arange(0, grouped, size)
     selected = [firsts + groups.argmin(axis=1), firsts + groups.argmax(axis=1)]
-    if whole < len(y):
-        selected.append(whole + np.array([y[whole:].argmin(), y[whole:].argmax()]))
+    if grouped < len(y):
+        selected.append(grouped + np.array([y[grouped:].argmin(), y[grouped:].argmax()]))
     rows = np.unique(np.concatenate([*selected, [0, len(x) - 1]]))
     return x[rows], y[rows]
 

@@ -86,11 +86,11 @@ def resample(
         inside = (ends[:-1] >= measured[0]) & (ends[1:] <= measured[-1] + 1e-9)
         found = np.full((len(times), values.shape[1]), np.nan)
         for k in range(values.shape[1]):
-            part, lost_part = (
+            integral, lost_time = (
                 np.diff(np.interp(ends, measured, one[:, k])) for one in (total, gaps)
             )
-            sound = inside & (lost_part < 1e-9)
-            found[sound, k] = part[sound] / step
+            sound = inside & (lost_time < 1e-9)
+            found[sound, k] = integral[sound] / step
         return found
 
     return replace(

@@ -131,8 +131,8 @@ def _robot_tables(
 def _experiment(result: ExperimentRunData) -> str:
     """Return all settings with defaults; file paths are relative to the experiment."""
     text = json_text(experiment_data(result.experiment), indent=2, ensure_ascii=False)
-    beside = json_text(f"{result.experiment.file.parent}/", ensure_ascii=False)[1:-1]
-    return text.replace(beside, "")
+    folder = json_text(f"{result.experiment.file.parent}/", ensure_ascii=False)[1:-1]
+    return text.replace(folder, "")
 
 
 def _versions(summary: dict[str, Any]) -> list[Sequence[Any]]:

@@ -198,8 +198,8 @@ def _equal_steps(path: Path, t: FloatArray) -> tuple[np.ndarray, float]:
         raise InputError(f"row {row}: the times must increase", file=path)
     step = float(np.median(differences))
     at = np.concatenate([[0], np.cumsum(np.maximum(np.rint(differences / step), 1))])
-    whole = np.rint(differences / step)
-    if (np.abs(differences / step - whole) > _JITTER).mean() > 0.01:
+    steps = np.rint(differences / step)
+    if (np.abs(differences / step - steps) > _JITTER).mean() > 0.01:
         raise InputError("a calibration requires times with equal steps", file=path)
     if at[-1] >= _MAX_ROWS:
         raise InputError(f"has gaps of more than {_MAX_ROWS} steps of {step:g} s", file=path)

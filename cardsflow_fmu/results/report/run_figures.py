@@ -123,8 +123,8 @@ def _world_panels(result: ExperimentRunData) -> list[Panel]:
     time = result["time"]
     displacements = [
         Curve(name, time, result[name] - result[name][0])
-        for thing in _bodies(result, "object", "x")
-        for name in (f"{thing}.{axis}" for axis in "xyz")
+        for item in _bodies(result, "object", "x")
+        for name in (f"{item}.{axis}" for axis in "xyz")
     ]
     forces = [
         Curve(body, time, np.linalg.norm([result[f"{body}.f{axis}"] for axis in "xyz"], axis=0))

@@ -24,8 +24,8 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
     faults = summary.get("faults") or ()
     missing = {name: s for name, s in slack.items() if s["max"]}
     return [
-        part
-        for part in (
+        html
+        for html in (
             table(("faults and decisions",), ([describe_event(e)] for e in faults)),
             table(("", ""), _overview(summary)),
             table(
@@ -48,7 +48,7 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
                 ([name, s["max"], s["unit"]] for name, s in missing.items()),
             ),
         )
-        if part
+        if html
     ]
 
 
@@ -82,8 +82,8 @@ def _overview(summary: Mapping[str, Any]) -> list[list[Any]]:
 def _value(summary: Mapping[str, Any], key: str) -> Any:
     """Return the value of a dotted key; None if missing."""
     value: Any = summary
-    for part in key.split("."):
-        value = (value or {}).get(part)
+    for name in key.split("."):
+        value = (value or {}).get(name)
     return value if key != "hardware.link" else value or None
 
 

@@ -50,18 +50,18 @@ class ShownPage:
 
 
 def show(
-    thing: Robot | Experiment | ExperimentRunData, folder: str | Path | None = None
+    content: Robot | Experiment | ExperimentRunData, folder: str | Path | None = None
 ) -> ShownPage:
     """Return the page of a robot, experiment or result; outside of notebooks, open the browser.
 
     Args:
-        thing: The robot, the experiment or the result.
+        content: The robot, the experiment or the result.
         folder: Folder of the robot with its meshes (default: none, links are capsules).
 
     Raises:
         InputError: The result has no rows, or lacks joint positions.
     """
-    return shown(_page(thing, folder))
+    return shown(_page(content, folder))
 
 
 def shown(html: str) -> ShownPage:
@@ -76,15 +76,15 @@ def shown(html: str) -> ShownPage:
     return page
 
 
-def _page(thing: Robot | Experiment | ExperimentRunData, folder: str | Path | None) -> str:
-    if isinstance(thing, Robot):
-        return page_of([still_act(thing, None if folder is None else Path(folder))])
-    if not isinstance(thing, Experiment):
-        return page_of([act_of(thing)])
+def _page(content: Robot | Experiment | ExperimentRunData, folder: str | Path | None) -> str:
+    if isinstance(content, Robot):
+        return page_of([still_act(content, None if folder is None else Path(folder))])
+    if not isinstance(content, Experiment):
+        return page_of([act_of(content)])
     try:
-        return play_page(thing)
+        return play_page(content)
     except InputError as error:
-        act = experiment_act(thing)
+        act = experiment_act(content)
         note = f"warning: {error.problem}"
         return replay_page([replace(act, notes=(note, *act.notes))])
 

@@ -53,11 +53,12 @@ def describe_system(info: dict[str, Any]) -> str:
         [c["name"], c["fmu"], str(len(c["inputs"])), str(len(c["outputs"]))]
         for c in info["components"]
     ]
-    parts = [title, table(["component", "FMU", "inputs", "outputs"], components)]
-    parts.append(table(["from", "to"], [[one["from"], one["to"]] for one in info["connections"]]))
+    sections = [title, table(["component", "FMU", "inputs", "outputs"], components)]
+    connections = [[one["from"], one["to"]] for one in info["connections"]]
+    sections.append(table(["from", "to"], connections))
     if info["variants"]:
-        parts.append(f"variants: {', '.join(info['variants'])}")
-    return "\n\n".join(part for part in parts if part)
+        sections.append(f"variants: {', '.join(info['variants'])}")
+    return "\n\n".join(section for section in sections if section)
 
 
 def _names(component: Component, kind: str) -> list[str]:

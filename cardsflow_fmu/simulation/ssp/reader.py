@@ -129,9 +129,9 @@ def _add_system_parameters(component: Component, *, system_parameters: list[Any]
         for p in system_parameters
         if p.name.startswith(lead)
     ]
-    taken = {p.name for p in parameters}
-    kept = [p for p in component.parameters if p.name not in taken]
-    return replace(component, parameters=(*kept, *parameters))
+    names = {p.name for p in parameters}
+    others = [p for p in component.parameters if p.name not in names]
+    return replace(component, parameters=(*others, *parameters))
 
 
 def _experiment(root: Any, file: Path) -> tuple[float | None, float | None]:
@@ -163,7 +163,7 @@ def _connections(system: Any, components: list[Component], file: Path) -> Iterat
             for end in ends:
                 if end not in known:
                     names = [".".join(one) for one in known]
-                    wrong = ".".join(str(part) for part in end)
+                    wrong = ".".join(str(name) for name in end)
                     raise UnknownNameError(
                         "connector", wrong, names, file=file, line=element.sourceline
                     )

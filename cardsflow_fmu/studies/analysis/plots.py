@@ -105,26 +105,26 @@ def _ticks(values: FloatArray) -> tuple[list[int], list[str]]:
     return places, [f"{values[k]:.4g}" for k in places]
 
 
-def sensitivity_bars(metric: str, parts: Mapping[str, Mapping[str, float]]) -> str:
+def sensitivity_bars(metric: str, influences: Mapping[str, Mapping[str, float]]) -> str:
     """Return a bar chart of the influence of each variation on a metric.
 
     Args:
-        parts: `first` and `total`, or `rank` and `share`, by the name of the variation.
+        influences: `first` and `total`, or `rank` and `share`, by the name of the variation.
     """
 
     def draw(axes: Axes) -> None:
-        rows = np.arange(len(parts))
-        kinds = list(dict.fromkeys(kind for part in parts.values() for kind in part))
+        rows = np.arange(len(influences))
+        kinds = list(dict.fromkeys(kind for influence in influences.values() for kind in influence))
         height = 0.8 / len(kinds)
         for k, kind in enumerate(kinds):
-            values = [part.get(kind, 0.0) for part in parts.values()]
+            values = [influence.get(kind, 0.0) for influence in influences.values()]
             axes.barh(rows + k * height, values, height=height, label=kind)
-        axes.set_yticks(rows + 0.4 - 0.4 / len(kinds), list(parts))
+        axes.set_yticks(rows + 0.4 - 0.4 / len(kinds), list(influences))
         axes.invert_yaxis()
         axes.set_title(metric)
         axes.legend(frameon=False)
 
-    return _svg((6.0, 0.9 + 0.28 * len(parts)), draw, f"sensitivity {metric}")
+    return _svg((6.0, 0.9 + 0.28 * len(influences)), draw, f"sensitivity {metric}")
 
 
 def search_history(objective: str, unit: str, best: Mapping[str, Sequence[float]]) -> str:

@@ -180,8 +180,8 @@ class Design:
         none = np.zeros_like(self.prior)
         information = [self._information(points, span) for span in range(motions.spans)]
         spans = [none if H is None else H for H in information]
-        whole = self.prior + sum(spans, none)
-        best = np.linalg.slogdet(whole)[1]
+        total = self.prior + sum(spans, none)
+        best = np.linalg.slogdet(total)[1]
         work = len(self._parameters) * (ORDER + 1) * len(motions.free) * _SWEEPS
         tries = int(np.clip(round(_WORK / work), 1, _TRIES))
         candidates = [k for _ in range(_SWEEPS) for k in motions.free for _ in range(tries)]
@@ -194,10 +194,10 @@ class Design:
             parts = self._all_information(new, around)
             if parts is None:
                 continue
-            changed = whole + sum((H - spans[s] for s, H in zip(around, parts, strict=True)), none)
+            changed = total + sum((H - spans[s] for s, H in zip(around, parts, strict=True)), none)
             gain = np.linalg.slogdet(changed)[1]
             if gain > best:
-                points, whole, best = new, changed, gain
+                points, total, best = new, changed, gain
                 spans[around.start : around.stop] = parts
         if progress is not None:
             progress(len(candidates), len(candidates))
@@ -232,11 +232,11 @@ class Design:
         Raises:
             CardsflowError: The robot diverges within a window.
         """
-        whole = _resample(motion, forces)
+        samples = _resample(motion, forces)
         rows = round(WINDOW / READ)
-        firsts = np.arange(0, len(whole[0].times) - rows, rows)
+        firsts = np.arange(0, len(samples[0].times) - rows, rows)
         some = firsts[:: max(1, len(firsts) // _REFINED_WINDOWS)]
-        windows = [self._window(*whole, int(first), rows) for first in some]
+        windows = [self._window(*samples, int(first), rows) for first in some]
         cut, starts = [w for w, _ in windows], [s for _, s in windows]
         found = self._exact.window_information(cut, starts)
         if found is None:

@@ -52,8 +52,8 @@ def optimise_activations(
     given = np.where(hill, 0.0, passive_tensions(robot, motion))
     tau = terms.tau + np.einsum("tmn,tm->tn", L, given)
     driven = driven_coordinates(L[:, hill])
-    kept = [muscle for muscle in robot.muscles if has_fibres(muscle)]
-    muscles = HillMuscles(robot.with_muscles(kept))
+    fibrous = [muscle for muscle in robot.muscles if has_fibres(muscle)]
+    muscles = HillMuscles(robot.with_muscles(fibrous))
     lengths = np.array([dynamics.muscle_lengths(q)[hill] for q in motion.q])
     rates = np.einsum("tmn,tn->tm", L[:, hill], motion.qd)
     rigid = muscles.rigid(lengths, rates)
@@ -80,7 +80,7 @@ def optimise_activations(
         raise CardsflowError(f"{failure}; use other times, or more --frames")
     found = found._replace(tensions=np.where(is_slack, 0.0, found.tensions))
     changed = muscles.elastic & ~elastic
-    rigid_names = tuple(m.name for m, is_rigid in zip(kept, changed, strict=True) if is_rigid)
+    rigid_names = tuple(m.name for m, is_rigid in zip(fibrous, changed, strict=True) if is_rigid)
     result = _activations(robot, terms, found, tau, (hill, driven, given), reserve)
     return replace(result, rigid_names=rigid_names)
 

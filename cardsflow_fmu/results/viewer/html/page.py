@@ -85,5 +85,5 @@ def data_json(data: object) -> str:
 
 def page_part(name: str) -> str:
     """Return a script or style sheet of pages, such as `page.css` or `play_parts/play.css`."""
-    part = _HERE / name if "/" in name else _HERE / "page_parts" / name
-    return part.read_text(encoding="utf-8")
+    file = _HERE / name if "/" in name else _HERE / "page_parts" / name
+    return file.read_text(encoding="utf-8")

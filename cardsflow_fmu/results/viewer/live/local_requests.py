@@ -25,7 +25,7 @@ def _host_name(host: str) -> str | None:
     """Return the host name in `name:port`; None if invalid."""
     try:
         parts = urlsplit(f"//{host}")
-        whole = parts.port is None or host.endswith(f":{parts.port}")
-        return parts.hostname if whole and parts.username is None and not parts.path else None
+        is_valid = parts.port is None or host.endswith(f":{parts.port}")
+        return parts.hostname if is_valid and parts.username is None and not parts.path else None
     except ValueError:
         return None

@@ -37,10 +37,10 @@ class Environment:
     def __init__(self, world: Scene | None, moved: Mapping[str, FloatArray]) -> None:
         self._objects = () if world is None else world.objects
         self._poses = {
-            thing.name: moved.get(thing.name, transform(thing.pose)[np.newaxis])
-            for thing in self._objects
+            item.name: moved.get(item.name, transform(item.pose)[np.newaxis])
+            for item in self._objects
         }
-        self._surfaces = {thing.name: _triangles(thing) for thing in self._objects}
+        self._surfaces = {item.name: _triangles(item) for item in self._objects}
         self.positions = {name: T[:, :3, 3] for name, T in self._poses.items()}
         self.floor = None if world is None or world.ground is None else world.ground.height
 
@@ -51,35 +51,35 @@ class Environment:
             k: The frame.
             box: Two corners of the box above the ground, in [m].
         """
-        for thing in self._objects:
-            poses = self._poses[thing.name]
-            yield self._shape(thing, poses[min(k, len(poses) - 1)])
+        for item in self._objects:
+            poses = self._poses[item.name]
+            yield self._shape(item, poses[min(k, len(poses) - 1)])
         if self.floor is not None:
             yield _ground(self.floor, box)
 
-    def _shape(self, thing: SceneObject, T: FloatArray) -> s.Shape:
-        shared = s.OBJECTS, thing.name, colours.OBJECT if thing.moves else colours.STILL
-        surface, middle = self._surfaces[thing.name], T[:3, 3]
+    def _shape(self, item: SceneObject, T: FloatArray) -> s.Shape:
+        shared = s.OBJECTS, item.name, colours.OBJECT if item.moves else colours.STILL
+        surface, middle = self._surfaces[item.name], T[:3, 3]
         if surface is not None:
             return s.MeshShape(*shared, T, surface)
-        if isinstance(thing.shape, Capsule | Cylinder):
-            half = 0.5 * thing.shape.length * T[:3, 2]
-            form = s.Capsule if isinstance(thing.shape, Capsule) else s.Cylinder
-            return form(*shared, middle - half, middle + half, thing.shape.radius)
+        if isinstance(item.shape, Capsule | Cylinder):
+            half = 0.5 * item.shape.length * T[:3, 2]
+            form = s.Capsule if isinstance(item.shape, Capsule) else s.Cylinder
+            return form(*shared, middle - half, middle + half, item.shape.radius)
         # a small sphere replaces an unreadable surface
-        radius = thing.shape.radius if isinstance(thing.shape, Sphere) else 0.01
+        radius = item.shape.radius if isinstance(item.shape, Sphere) else 0.01
         return s.Sphere(*shared, middle, radius)
 
 
 @lru_cache(maxsize=64)
-def _triangles(thing: SceneObject) -> Triangles | None:
+def _triangles(item: SceneObject) -> Triangles | None:
     """Return the surface of a box or mesh; None for other shapes and unreadable meshes."""
-    if isinstance(thing.shape, Box):
-        return box_triangles(0.5 * np.array(thing.shape.size))
-    if not isinstance(thing.shape, MeshShape):
+    if isinstance(item.shape, Box):
+        return box_triangles(0.5 * np.array(item.shape.size))
+    if not isinstance(item.shape, MeshShape):
         return None
-    mesh = read_triangles(thing.shape.file)
-    return mesh and Triangles(mesh.vertices * np.array(thing.shape.scale), mesh.faces)
+    mesh = read_triangles(item.shape.file)
+    return mesh and Triangles(mesh.vertices * np.array(item.shape.scale), mesh.faces)
 
 
 def _ground(height: float, box: tuple[FloatArray, FloatArray]) -> s.Shape:

@@ -48,12 +48,12 @@ def coordinate_axes(
     """
     found: dict[str, tuple[FloatArray, FloatArray]] = {}
     variables = robot_variables(robot)
-    x, held = variable_values(variables, q), np.zeros(len(q))
+    x, zeros = variable_values(variables, q), np.zeros(len(q))
     for joint in robot.joints:
         T = poses[joint.parent] @ transform(joint.T_parent_joint)
         drivers = zip(variables.driver[joint.name], variables.constant[joint.name], strict=True)
         for motion, (driver, still) in zip(joint.motions, drivers, strict=True):
-            T = T @ motion_transforms(motion, x[:, driver] if driver is not None else held + still)
+            T = T @ motion_transforms(motion, x[:, driver] if driver is not None else zeros + still)
             if driver is not None:
                 name = joint.coordinates[motion.coordinate].name
                 found.setdefault(name, (T[:, :3, 3], T[:, :3, :3] @ np.array(motion.axis)))

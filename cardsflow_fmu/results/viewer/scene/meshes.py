@@ -32,9 +32,9 @@ def link_meshes(robot: Robot, folder: Path, roots: Sequence[Path] | None = None)
     meshes = {}
     for link in robot.links:
         placed = [_in_link_frame(mesh, read.get(mesh.uri)) for mesh in visuals(link)]
-        whole = tuple(triangles for triangles in placed if triangles is not None)
-        if whole and len(whole) == len(placed):
-            meshes[link.name] = whole
+        readable = tuple(triangles for triangles in placed if triangles is not None)
+        if readable and len(readable) == len(placed):
+            meshes[link.name] = readable
     return meshes
 
 
@@ -60,7 +60,7 @@ def _in_link_frame(mesh: Mesh, triangles: Triangles | None) -> Triangles | None:
 def _colour(mesh: Mesh) -> Colour | None:
     if mesh.color is None:
         return None
-    red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in mesh.color[:3])
+    red, green, blue = (round(255 * min(max(channel, 0.0), 1.0)) for channel in mesh.color[:3])
     return red, green, blue
 
 
@@ -88,12 +88,12 @@ def _merge_vertices(triangles: Triangles, cells: int) -> Triangles:
     _, cell, count = np.unique(number, return_inverse=True, return_counts=True)
     sums = [np.bincount(cell, axis, len(count)) for axis in vertices.T]
     faces = cell[triangles.faces]
-    kept = _has_distinct_corners(faces)
-    return Triangles(np.stack(sums, axis=1) / count[:, np.newaxis], faces[kept])
+    is_valid = _has_distinct_corners(faces)
+    return Triangles(np.stack(sums, axis=1) / count[:, np.newaxis], faces[is_valid])
 
 
 def _has_distinct_corners(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return whether each face has three different corners, shape (faces,)."""
     a, b, c = faces.T
-    kept: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
-    return kept
+    is_distinct: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
+    return is_distinct

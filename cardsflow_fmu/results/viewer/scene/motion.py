@@ -179,7 +179,7 @@ def _contacts(
     links: tuple[Link, ...], world: Scene | None, columns: _Columns
 ) -> dict[str, FloatArray]:
     names = [link.name for link in links]
-    names += [] if world is None else [thing.name for thing in world.objects]
+    names += [] if world is None else [item.name for item in world.objects]
     found = {
         name: columns.all([f"contact.{identifier(name)}.f{axis}" for axis in "xyz"])
         for name in names
@@ -189,7 +189,7 @@ def _contacts(
 
 def _objects(world: Scene, columns: _Columns) -> dict[str, FloatArray]:
     """Return the poses of the moving objects that the results contain."""
-    names = [thing.name for thing in world.moving_objects]
+    names = [item.name for item in world.moving_objects]
     signals = signal_names("object", names)
     axes = (*"xyz", "qx", "qy", "qz", "qw")
     found = {

@@ -297,8 +297,8 @@ class Stage:
             yield self._frame(s.LINK_FRAMES, link.name, self._poses[link.name][k], 0.11)
         yield self._frame(s.LINK_FRAMES, WORLD, np.eye(4), 0.14)
 
-    def _frame(self, group: str, key: str, T: FloatArray, part: float) -> s.Frame:
-        return s.Frame(group, key, colours.TEXT, T, part * self.reach, 0.003 * self.reach)
+    def _frame(self, group: str, key: str, T: FloatArray, scale: float) -> s.Frame:
+        return s.Frame(group, key, colours.TEXT, T, scale * self.reach, 0.003 * self.reach)
 
     def _labels(self, k: int) -> Iterator[s.Shape]:
         q = iter(self.motion.q[k].tolist())
