@@ -483,7 +483,7 @@ def _treatments(capabilities: Capabilities, feature: Feature) -> str:
     """Return what a format does with a feature, with the cases."""
     cases: dict[str, list[str]] = {}
     for row in capabilities.rows:
-        if feature.name in [known.name for known in row.features]:
+        if feature.name in [supported.name for supported in row.features]:
             cases.setdefault(row.treatment, []).append(row.only)
     words = []
     for treatment, only in cases.items():

@@ -165,8 +165,8 @@ class Assembly:
             return
         steps = place.path.split("+")
         paths = (ROOT, *("+".join(steps[: i + 1]) for i in range(len(steps))))
-        known = [materials[path] for path in paths if path in materials]
-        material = known[-1] if known else None
+        materials_above = [materials[path] for path in paths if path in materials]
+        material = materials_above[-1] if materials_above else None
         bodies = solids(part.shape)
         for number, solid in enumerate(bodies or [part.shape], start=1):
             mass = mass_of(solid, place.T, material.density, unit) if bodies and material else None

@@ -71,10 +71,10 @@ def joint_record(
     types = type(joint).__name__, type(other).__name__
     if types[0] == "RigidJoint" and types[1] != "RigidJoint":  # the other joint defines the motion
         pair, types = _Pair(other, joint, places[1], places[0], unit), (types[1], types[0])
-    known = _KINDS.get(types)
-    if known is None:
+    entry = _KINDS.get(types)
+    if entry is None:
         raise InputError(f"joint {name!r}: {types[0]} to {types[1]} is not supported")
-    kind, find = known
+    kind, find = entry
     motions = find(pair)
     _require_in_place(name, pair, kind, motions)
     placed = tuple(

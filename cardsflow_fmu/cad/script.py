@@ -30,10 +30,10 @@ def script_design(file: Path) -> Design:
         with redirect_stdout(sys.stderr):  # the output of the command may be JSON
             variables = runpy.run_path(str(file), run_name="__cad__")
     except InputError as error:
-        known = error.file is not None
+        has_location = error.file is not None
         raise (
             error
-            if known
+            if has_location
             else InputError(error.problem, file=file, line=_line(error, file), key=error.key)
         ) from error
     except CardsflowError:

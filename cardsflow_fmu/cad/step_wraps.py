@@ -100,9 +100,9 @@ def wrap_surfaces(
     for row in rows:
         if row.muscle.text not in muscles:
             raise row.muscle.error(unknown("muscle", row.muscle.text, list(muscles)))
-        known = found.get(row.name.text) or _surface(row, assembly)
-        use = known.use or SurfaceUse(row.name.text)
-        found[row.name.text] = replace(known, use=replace(use, muscles=(*use.muscles, row.use)))
+        surface = found.get(row.name.text) or _surface(row, assembly)
+        use = surface.use or SurfaceUse(row.name.text)
+        found[row.name.text] = replace(surface, use=replace(use, muscles=(*use.muscles, row.use)))
     return tuple(found.values())
 
 

@@ -221,12 +221,12 @@ def vector(
     row: Mapping[str, Cell], columns: Sequence[str], units: Mapping[str, float]
 ) -> Vector3 | None:
     """Return a vector from several cells, or None if all cells are empty."""
-    given = [column for column in columns if column in row]
-    if not given:
+    filled = [column for column in columns if column in row]
+    if not filled:
         return None
-    if len(given) < len(columns):
+    if len(filled) < len(columns):
         missing = next(column for column in columns if column not in row)
-        raise row[given[0]].error(f"also requires a value in column {missing!r}")
+        raise row[filled[0]].error(f"also requires a value in column {missing!r}")
     x, y, z = (row[column].number(units) for column in columns)
     return x, y, z
 

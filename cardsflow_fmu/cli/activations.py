@@ -107,21 +107,21 @@ def _activations(options: argparse.Namespace) -> int:
         output_file(options.html, [".html"], overwrite=options.overwrite)
     reading = read(options.robot, options.cable_set)
     with show_progress("activations"):
-        given, found = _compute(options, reading)
-        columns = motion_columns(given, found)
+        recorded, found = _compute(options, reading)
+        columns = motion_columns(recorded, found)
     contents, summary = activation_files(found), activation_summary(found)
     contents[_TABLE] = csv_text(list(columns), np.stack(list(columns.values()), axis=1))
     if not options.overwrite:
         _require_own_files(options.output, contents)
-    if given.locked:
-        names = ", ".join(f"{name} = {q:g}" for name, q in given.locked.items())
+    if recorded.locked:
+        names = ", ".join(f"{name} = {q:g}" for name, q in recorded.locked.items())
         print_note(f"the motion does not contain some coordinates, which are locked: {names}")
     print_findings(reading.findings)
     if not options.json:
         print(describe_activations(summary))
     files = write_files(options.output, contents)
     if options.html is not None:
-        files.append(_write_replay(options, reading, given, columns))
+        files.append(_write_replay(options, reading, recorded, columns))
     if options.json:
         named = {"files": {file.name: str(file) for file in files}}
         print(json_text({**summary, **named}, indent=1))
@@ -136,7 +136,7 @@ def _compute(options: argparse.Namespace, reading: Reading) -> tuple[GivenMotion
     from cardsflow_fmu.results.analysis.redundancy.over_time import FRAME_STEP, optimise_activations
     from cardsflow_fmu.results.analysis.redundancy.static import static_optimisation
 
-    given = read_given_motion(
+    recorded = read_given_motion(
         reading.require(),
         options.motion,
         options.noise,
@@ -146,18 +146,19 @@ def _compute(options: argparse.Namespace, reading: Reading) -> tuple[GivenMotion
         step=FRAME_STEP if options.dynamics else 0.0,
     )
     if options.loads is not None:
-        given = add_external_loads(given, options.loads)
+        recorded = add_external_loads(recorded, options.loads)
+    robot, motion = recorded.robot, recorded.motion
     if not options.dynamics:
-        return given, static_optimisation(given.robot, given.motion, passive=options.passive)
+        return recorded, static_optimisation(robot, motion, passive=options.passive)
     settings = {"reserve": options.reserve, "power": options.power}
     chosen = {key: value for key, value in settings.items() if value is not None}
-    return given, optimise_activations(given.robot, given.motion, **chosen)
+    return recorded, optimise_activations(robot, motion, **chosen)
 
 
 def _write_replay(
     options: argparse.Namespace,
     reading: Reading,
-    given: GivenMotion,
+    recorded: GivenMotion,
     columns: Mapping[str, FloatArray],
 ) -> Path:
     import numpy as np
@@ -170,7 +171,7 @@ def _write_replay(
     from cardsflow_fmu.results.viewer.view import write_page
 
     rows = np.stack(list(columns.values()), axis=1)
-    data, robot = RunData(tuple(columns), rows, {}, {}), given.robot
+    data, robot = RunData(tuple(columns), rows, {}, {}), recorded.robot
     meshes = link_meshes(robot, reading.files[0].parent)
     stage = Stage(robot, motion_of(robot, data), meshes)
     act = Act(stage, robot.name, (), shown_signals(data))

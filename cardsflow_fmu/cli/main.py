@@ -107,18 +107,18 @@ def _main(arguments: Sequence[str] | None) -> int:
     with printable_streams():
         try:
             with interrupts.raise_on_termination() as received:
-                given = argparse.Namespace(started=_STARTED)
-                return _run(_parse(arguments, given), received)
+                namespace = argparse.Namespace(started=_STARTED)
+                return _run(_parse(arguments, namespace), received)
         except KeyboardInterrupt:
             print_error(interrupts.INTERRUPTED)
             return _INTERRUPTED
 
 
-def _parse(arguments: Sequence[str] | None, given: argparse.Namespace) -> argparse.Namespace:
+def _parse(arguments: Sequence[str] | None, namespace: argparse.Namespace) -> argparse.Namespace:
     """Parse the options; raise SystemExit after `--help`, `--version` and usage errors."""
     words = sys.argv[1:] if arguments is None else arguments
     try:
-        return _parser(words[0] if words else "").parse_args(arguments, given)
+        return _parser(words[0] if words else "").parse_args(arguments, namespace)
     except SystemExit:
         if not _flush_output():
             raise SystemExit(1) from None
@@ -215,8 +215,8 @@ def _parser(word: str = "") -> Parser:
     parser.set_defaults(parser=parser)
     parser.add_argument("--version", action="version", version=f"cardsflow {__version__}")
     commands = Commands(parser, "COMMAND")
-    known = {name for group in COMMANDS.values() for name in group} - {"completion"}
-    used = {word} & known or ({} if word == "--version" else known | {"completion"})
+    all_commands = {name for group in COMMANDS.values() for name in group} - {"completion"}
+    used = {word} & all_commands or ({} if word == "--version" else all_commands | {"completion"})
     for title, group in COMMANDS.items():
         commands.start_group(title)
         for name in filter(used.__contains__, group):

@@ -183,8 +183,8 @@ def _accept(options: argparse.Namespace) -> list[str]:
 
 def _engine(options: argparse.Namespace) -> dict[str, str]:
     """Return the settings of `run` that --compute and --coupling specify."""
-    given = {"compute": options.compute, "coupling": options.coupling}
-    return {key: value for key, value in given.items() if value is not None}
+    settings = {"compute": options.compute, "coupling": options.coupling}
+    return {key: value for key, value in settings.items() if value is not None}
 
 
 def _print_result(result: SystemResult, options: argparse.Namespace) -> None:

@@ -209,9 +209,9 @@ def _next_command(options: argparse.Namespace, files: Sequence[Path]) -> list[st
     settings = [f'reference={{type="optimised"{file}}}', 'controller={type="trajectory_feedback"}']
     if not file and follows_motion(options.experiment, parse_settings(options.set)):
         settings = []
-    given = [word for setting in (options.set or []) for word in ("--set", setting)]
+    options_given = [word for setting in (options.set or []) for word in ("--set", setting)]
     new = [word for setting in settings for word in ("--set", setting)]
-    return ["cardsflow", "run", str(options.experiment), *given, *new]
+    return ["cardsflow", "run", str(options.experiment), *options_given, *new]
 
 
 class _Iterations:

@@ -92,7 +92,7 @@ class AdaptedFmu:
         _loaded.add(external.file)
         self.name = inner.name
         self._inner = inner
-        known = {port.name: port for port in ports}
+        ports_by_name = {port.name: port for port in ports}
         units = {
             **inner.units,
             **specified_units(external, (*inner.input_names, *inner.output_names)),
@@ -102,7 +102,7 @@ class AdaptedFmu:
                 names,
                 experiment_names(external, side, names, ports),
                 units,
-                known,
+                ports_by_name,
                 f"{external.key}.{side}s",
             )
             for side, names in (("input", inner.input_names), ("output", inner.output_names))

@@ -111,5 +111,5 @@ class Recording:
 
         The array is empty if computation times are unknown.
         """
-        known = self.ticks[self.ticks < len(self.rows)][: len(self.solve_times)]
-        return np.column_stack([self.rows[known, 0], self.solve_times[: len(known)]])
+        recorded = self.ticks[self.ticks < len(self.rows)][: len(self.solve_times)]
+        return np.column_stack([self.rows[recorded, 0], self.solve_times[: len(recorded)]])

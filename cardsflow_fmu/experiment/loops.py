@@ -18,13 +18,13 @@ def with_dependent(data: Mapping[str, Any], robot: Robot, file: Path) -> Mapping
         InputError: No coordinate is independent, or the engine does not support loops.
     """
     controller = data.get("controller")
-    given = controller.get("dependent", {}) if isinstance(controller, Mapping) else None
-    if not (isinstance(controller, Mapping) and isinstance(given, Mapping)):
+    flags_given = controller.get("dependent", {}) if isinstance(controller, Mapping) else None
+    if not (isinstance(controller, Mapping) and isinstance(flags_given, Mapping)):
         return data  # invalid; the reader of the whole file reports it
-    names, flags = [c.name for c in robot.coordinates], given
-    given = {n: value for n, value in flags.items() if n in names and isinstance(value, bool)}
+    names, flags = [c.name for c in robot.coordinates], flags_given
+    flags_given = {n: value for n, value in flags.items() if n in names and isinstance(value, bool)}
     if not robot.loops:
-        for name in (name for name, value in given.items() if value):
+        for name in (name for name, value in flags_given.items() if value):
             problem = f"{name} is not part of a closed loop"
             raise InputError(problem, file=file, key=f"controller.dependent.{name}")
         return data
@@ -34,8 +34,8 @@ def with_dependent(data: Mapping[str, Any], robot: Robot, file: Path) -> Mapping
     try:
         chosen = dependent_coordinates(
             robot,
-            [name for name, value in given.items() if value],
-            [name for name, value in given.items() if not value],
+            [name for name, value in flags_given.items() if value],
+            [name for name, value in flags_given.items() if not value],
         )
     except InputError as error:
         error.file, error.key = file, "controller.dependent"

@@ -283,10 +283,10 @@ def _space(columns: Columns, spaces: Mapping[Space, Names]) -> Space:
             return space
     space = next(iter(spaces))
     first = missing[space][0]
-    known = [f"{_LETTERS[each]}.{name}" for each, axes in spaces.items() for name in axes.names]
+    expected = [f"{_LETTERS[each]}.{name}" for each, axes in spaces.items() for name in axes.names]
     problem = f"has no column {_LETTERS[space]}.{first} or {first}"
     has = _shorten(list(columns))
-    raise InputError(f"{problem}; it has {has}; the robot has {_shorten(known)}")
+    raise InputError(f"{problem}; it has {has}; the robot has {_shorten(expected)}")
 
 
 def _shorten(names: Sequence[str], most: int = 12) -> str:

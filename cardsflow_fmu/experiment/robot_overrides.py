@@ -81,11 +81,11 @@ def with_overrides(robot: Robot, overrides: Mapping[str, Any], file: Path, key: 
 
 def _apply_motor_settings(joint: Joint, fields: Any, key: str) -> tuple[Joint, dict[str, Any]]:
     """Apply `motor` and `effort` to a joint; return it with the other changes."""
-    given, changes = dict(validated(dict[str, Any], fields, key)), {}
-    if "motor" in given:
-        changes["actuated"] = validated(bool, given.pop("motor"), f"{key}.motor")
-    if "effort" in given:
-        effort, at = given.pop("effort"), f"{key}.effort"
+    others, changes = dict(validated(dict[str, Any], fields, key)), {}
+    if "motor" in others:
+        changes["actuated"] = validated(bool, others.pop("motor"), f"{key}.motor")
+    if "effort" in others:
+        effort, at = others.pop("effort"), f"{key}.effort"
         if isinstance(effort, list | tuple):
             changes["tau_min"], changes["tau_max"] = validated(numbers(2), effort, at)
         else:
@@ -96,7 +96,7 @@ def _apply_motor_settings(joint: Joint, fields: Any, key: str) -> tuple[Joint, d
                     "must not be negative; set the maximum torque, or [min, max]", key=at
                 )
     coordinates = tuple(replace(c, **changes) for c in joint.coordinates)
-    return replace(joint, coordinates=coordinates), given
+    return replace(joint, coordinates=coordinates), others
 
 
 def _locked_positions(item: Joint | Coordinate, value: Any, key: str) -> dict[str, Any]:
@@ -144,15 +144,15 @@ def _replace_parts(robot: Robot, kind: str, items: Sequence[Any]) -> Robot:
 
 def _change_part(item: Any, fields: Any, key: str, extra_keys: Sequence[str] = ()) -> Any:
     """Return a part with changed attributes."""
-    known = {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
+    values = {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
     for fixed in _FIXED:
-        known.pop(fixed, None)
-    changed = dict(known)
+        values.pop(fixed, None)
+    changed = dict(values)
     for field, new in validated(dict[str, Any], fields, key).items():
         name, index = split_index(field)
         name, at = ALIASES.get(name, name), f"{key}.{field}"
-        if name not in known:
-            names = [next((a for a, n in ALIASES.items() if n == k), k) for k in known]
+        if name not in values:
+            names = [next((a for a, n in ALIASES.items() if n == k), k) for k in values]
             raise UnknownNameError("field", field, dict.fromkeys([*extra_keys, *names]), key=at)
         old = changed[name]
         changed[name] = (
@@ -184,12 +184,12 @@ def _new_value(old: Any, new: Any, key: str) -> Any:
     if isinstance(old, tuple) and old and all(isinstance(x, int | float) for x in old):
         return validated(numbers(len(old)), new, key)
     if is_parameters(old):
-        given = validated(dict[str, Any], new, key)
-        for name in given:
+        table = validated(dict[str, Any], new, key)
+        for name in table:
             if name not in dict(old):
                 raise UnknownNameError("parameter", name, dict(old), key=f"{key}.{name}")
         return tuple(
-            (n, _new_value(x, given[n], f"{key}.{n}") if n in given else x) for n, x in old
+            (n, _new_value(x, table[n], f"{key}.{n}") if n in table else x) for n, x in old
         )
     if isinstance(old, tuple) and old:
         row = key.rpartition(".")[2]

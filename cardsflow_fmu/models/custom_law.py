@@ -61,14 +61,14 @@ def import_custom_law(custom: CustomLaw, space: Space) -> Callable[..., Law]:
         def _as_solution(self, q: Any, qd: Any, forces: Any) -> ForceSolution:
             """Create a solution: clip forces to the limits and compute the slack."""
             robot, bounds = self.dynamics, self.distribution
-            given = np.asarray(forces, dtype=np.float64)
-            if given.shape != bounds.f_min.shape:
+            output = np.asarray(forces, dtype=np.float64)
+            if output.shape != bounds.f_min.shape:
                 raise SimulationError(
-                    f"{custom.file}: {custom.name}.solve returned forces of shape {given.shape}, "
+                    f"{custom.file}: {custom.name}.solve returned forces of shape {output.shape}, "
                     f"not {bounds.f_min.shape}"
                 )
-            clipped = np.clip(given, bounds.f_min, bounds.f_max)
-            slack = robot.actuator_jacobian(q).T @ (clipped - given)
+            clipped = np.clip(output, bounds.f_min, bounds.f_max)
+            slack = robot.actuator_jacobian(q).T @ (clipped - output)
             return ForceSolution(
                 clipped,
                 "solved" if not slack.any() else "soft",

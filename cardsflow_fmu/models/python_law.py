@@ -172,8 +172,8 @@ class PythonParts:
 
     def _forces(self, _: int, commands: Any, inner: Any) -> None:
         lengths, rates, *_others = self._paths
-        given = _array(commands, lengths.size)
-        found = self._catch(lambda: self._muscles.forces(given, lengths, rates))
+        u = _array(commands, lengths.size)
+        found = self._catch(lambda: self._muscles.forces(u, lengths, rates))
         if found is not None:
             _view(inner, lengths.size)[:] = found
 

@@ -137,8 +137,8 @@ def _estimation_lines(summary: Mapping[str, Any], limit: int | None) -> list[str
 def _by_size(names: Iterable[str], size: Callable[[str], float | None]) -> list[str]:
     """Sort names by size in descending order; sizes that are not finite come first."""
     sizes = {name: size(name) for name in names}
-    known = {name: math.inf if value is None else value for name, value in sizes.items()}
-    return sorted(known, key=lambda name: -known[name])
+    size_of = {name: math.inf if value is None else value for name, value in sizes.items()}
+    return sorted(size_of, key=lambda name: -size_of[name])
 
 
 def _rows(rows: Mapping[str, str], worst: Sequence[str], limit: int | None) -> list[str]:

@@ -64,8 +64,8 @@ class RowTopics:
 
     def __init__(self, run: RunData, robot: Robot | None = None) -> None:
         self._run, self._robot = run, robot
-        known = _units(robot) if robot is not None else {}
-        self._units = known | {_TICK_TIME: "s"} | dict(run.units)
+        units = _units(robot) if robot is not None else {}
+        self._units = units | {_TICK_TIME: "s"} | dict(run.units)
         self._columns = {name: k for k, name in enumerate(run.names)}
         joints = None if robot is None else [c.name for c in robot.coordinates]
         motors = None if robot is None else [c.name for c in robot.motors]
@@ -189,9 +189,9 @@ class _Table(NamedTuple):
     def batch(self, time_ns: NDArray[np.int64]) -> Batch:
         """Return the messages, at times of shape (K,), in [ns]."""
         fields = {"position": self.position, "velocity": self.velocity, "effort": self.effort}
-        known = {field: table for field, table in fields.items() if table is not None}
+        columns = {field: table for field, table in fields.items() if table is not None}
         names = tuple(self.names.values())
-        return Batch(self.topic, time_ns, {"header": header(time_ns), "name": names, **known})
+        return Batch(self.topic, time_ns, {"header": header(time_ns), "name": names, **columns})
 
 
 class _Rows:

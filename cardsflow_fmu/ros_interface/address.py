@@ -71,23 +71,23 @@ def node_address(uri: str) -> NodeAddress:
         problem = f"a ROS 2 address has no host: remove {parts.netloc!r}; the form is {FORM}; peers"
         problem += " are configured by ROS_DOMAIN_ID, RMW_IMPLEMENTATION and ZENOH_CONFIG_OVERRIDE"
         raise InputError(problem, key=uri)
-    given = dict(parse_qsl(parts.query, keep_blank_values=True))
-    for key in given:
+    query = dict(parse_qsl(parts.query, keep_blank_values=True))
+    for key in query:
         if key in _REMOVED_KEYS:
             raise InputError(f"remove {key}: {_REMOVED_KEYS[key]}", key=uri)
         if key not in _KEYS:
             raise UnknownNameError("option", key, _KEYS, key=uri)
     names = [name for name in (parts.netloc, *parts.path.split("/")) if name]
-    node, controller = given.get("node", "cardsflow"), given.get("controller", "")
-    for name in (*names, node, *([controller] if "controller" in given else [])):
+    node, controller = query.get("node", "cardsflow"), query.get("controller", "")
+    for name in (*names, node, *([controller] if "controller" in query else [])):
         if not _NAME.fullmatch(name):
             problem = f"invalid ROS name {name!r}; use letters, digits and underscores"
             raise InputError(problem, key=uri)
     return NodeAddress(
         "".join(f"/{name}" for name in names),
         node,
-        _domain(given.get("domain"), uri),
-        _timeout(given.get("timeout"), uri),
+        _domain(query.get("domain"), uri),
+        _timeout(query.get("timeout"), uri),
         controller,
     )
 

@@ -132,12 +132,12 @@ class EditSession:
                 answer["error"] = _one_line(error)
             return answer
 
-    def _pose(self, given: Any) -> FloatArray:
+    def _pose(self, values: Any) -> FloatArray:
         n = len(self.robot.coordinates)
-        if not isinstance(given, list) or len(given) != n:
+        if not isinstance(values, list) or len(values) != n:
             raise InputError(f"must be a list of {n} numbers", key="pose")
         try:
-            pose = np.array(given, dtype=float)
+            pose = np.array(values, dtype=float)
         except (TypeError, ValueError):
             pose = np.full(n, np.nan)
         if not np.isfinite(pose).all():

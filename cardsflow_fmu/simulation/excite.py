@@ -227,8 +227,8 @@ def describe_excitation(design: Excitation, test_run: TestRun | None, next_: Seq
     if test_run is not None:
         lines.append(f"test run    tracking error up to {test_run.error:.2g} {test_run.unit}")
     lines += [*next_, "", "predicted                                              sd     prior"]
-    for one, sd, known in zip(design.parameters, design.sd, is_known, strict=True):
-        mark = "" if known else "  unidentifiable: determined by its prior"
+    for one, sd, is_identified in zip(design.parameters, design.sd, is_known, strict=True):
+        mark = "" if is_identified else "  unidentifiable: determined by its prior"
         lines.append(f"{one.name:47s} {sd:9.2g} {one.sd:9.2g} {one.unit}{mark}")
     lines += unidentifiable_lines(design)
     return "\n".join([*lines, *(f"WARNING {note}" for note in design.notes)])

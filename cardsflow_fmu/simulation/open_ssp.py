@@ -140,16 +140,16 @@ def _hardware(path: Path) -> HardwareSettings | None:
     """Return the hardware of the variant "hardware"; None if unknown."""
     from cardsflow_fmu.hardware.session.connect import Connection, with_link
 
-    known = system_hardware(path)
-    return None if known is None else with_link(known, path, Connection.from_environment().link)
+    device = system_hardware(path)
+    return None if device is None else with_link(device, path, Connection.from_environment().link)
 
 
 def _run_settings(
-    given: Mapping[str, Any], system: System, path: Path
+    settings: Mapping[str, Any], system: System, path: Path
 ) -> tuple[SystemRunSettings, Coupling]:
     """Return the settings of the run, and the coupling."""
-    for key, known in (("step", system.step), ("duration", system.stop_time)):
-        if key not in given and known is None:
+    for key, value in (("step", system.step), ("duration", system.stop_time)):
+        if key not in settings and value is None:
             raise InputError(f"does not specify its {key}; set run.{key}", file=path)
     names = tuple(component.name for component in system.components)
     usual = {
@@ -157,7 +157,7 @@ def _run_settings(
         "duration": system.stop_time,
         "scheme": "sampled" if "controller" in names else "jacobi",
     }
-    run = SystemRunSettings.read(usual | dict(given), Context(path), "run")
+    run = SystemRunSettings.read(usual | dict(settings), Context(path), "run")
     require_multiple(run.duration, run.step, "run.step", file=path, key="run.duration")
     order = ("controller",) if run.scheme == "sampled" else names
     coupling = Coupling(run.scheme, order if run.order is None else run.order)
@@ -168,14 +168,14 @@ def _start_value_settings(
     values: Mapping[str, Any], system: System, path: Path
 ) -> dict[str, dict[str, float]]:
     """Return the start values in the settings, by component."""
-    given: dict[str, dict[str, float]] = {}
-    known = [component.name for component in system.components]
+    values_of: dict[str, dict[str, float]] = {}
+    names = [component.name for component in system.components]
     for key, value in values.items():
         component, _, variable = key.partition(".")
-        if component not in known or not variable:
-            raise UnknownNameError("component", component, known, file=path, key=key)
-        given.setdefault(component, {})[variable] = validated(float, value, key, path)
-    return given
+        if component not in names or not variable:
+            raise UnknownNameError("component", component, names, file=path, key=key)
+        values_of.setdefault(component, {})[variable] = validated(float, value, key, path)
+    return values_of
 
 
 @contextlib.contextmanager
@@ -183,13 +183,13 @@ def _participants(
     system: System,
     files: Mapping[str, Path],
     scratch: Path,
-    given: Mapping[str, Mapping[str, float]],
+    values_of: Mapping[str, Mapping[str, float]],
 ) -> Iterator[list[Participant]]:
     with contextlib.ExitStack() as stack:
         participants: list[Participant] = []
         for number, component in enumerate(system.components):
             file = files[component.name]
-            values, start_values = _start_values(component, file), given.get(component.name, {})
+            values, start_values = _start_values(component, file), values_of.get(component.name, {})
             replaced = {name for group in start_values for name in members(group, values)}
             values = {n: v for n, v in values.items() if n not in replaced} | dict(start_values)
             participant = FmuInstance(component.name, file, scratch / f"fmu_{number}", values)

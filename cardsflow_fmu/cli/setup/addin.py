@@ -93,12 +93,12 @@ def add_addin(commands: Commands) -> None:
 def _pack_addin(options: argparse.Namespace) -> int:
     from cardsflow_fmu.addin import pack_addin
 
-    given = {name: getattr(options, name).strip() for name in ("company", "url", "email")}
-    missing = [f"--{name}" for name in ("url", "email") if not given[name]]
+    publisher = {name: getattr(options, name).strip() for name in ("company", "url", "email")}
+    missing = [f"--{name}" for name in ("url", "email") if not publisher[name]]
     notes = []
     if missing:
         notes.append(f"the store rejects the bundle without {' and '.join(missing)}")
-    files = pack_addin(options.output or Path(), **given)
+    files = pack_addin(options.output or Path(), **publisher)
     if not options.json:
         for note in notes:
             print_warning(note)
@@ -116,12 +116,12 @@ def _install_addin(options: argparse.Namespace) -> int:
 def _import_cad(options: argparse.Namespace) -> int:
     from cardsflow_fmu.cad import Imported, Tables, import_cad
 
-    given = {
+    tables_given = {
         name: value
         for name in ("joints", "muscles", "wraps", "materials", "density")
         if (value := getattr(options, name, None)) is not None
     }
-    if not 0.0 < given.get("density", 1.0) < math.inf:
+    if not 0.0 < tables_given.get("density", 1.0) < math.inf:
         problem = f"must be positive and finite, not {options.density:g}"
         raise InputError(problem, key="--density")
     limit = getattr(options, "time_limit", None)
@@ -129,7 +129,7 @@ def _import_cad(options: argparse.Namespace) -> int:
         raise InputError(f"must be positive and finite, not {limit:g}", key="--time-limit")
     time = {} if limit is None else {"time_limit": limit}
     folder = options.output or Path(options.design.stem)
-    tables = Tables(**given) if given else None
+    tables = Tables(**tables_given) if tables_given else None
     settings = parse_settings(options.set)
     try:
         with show_progress("import-cad"):

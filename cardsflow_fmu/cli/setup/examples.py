@@ -57,9 +57,9 @@ def copy_example(name: str, folder: Path) -> tuple[list[Path], list[Path]]:
         UnknownNameError: The example does not exist.
         InputError: The folder of the example exists, or it cannot be written.
     """
-    known = example_titles()
-    if name not in known:
-        raise UnknownNameError("example", name, known, key="NAME")
+    titles = example_titles()
+    if name not in titles:
+        raise UnknownNameError("example", name, titles, key="NAME")
     target = folder / name
     if target.exists():
         raise InputError("already exists; choose another folder", file=target)

@@ -74,14 +74,14 @@ def plant_dependencies(robot: Robot, groups: Groups) -> Dependencies:
     reported = muscles_with_tension(robot, groups)
     for name, k, signal in _muscle_outputs(robot, names, reported):
         muscle, command = robot.muscles[k], commands.get(k)
-        known = {
+        arguments = {
             _COMMAND: frozenset() if command is None else frozenset([command]),
             _LENGTH: _select(q, _law_coordinates(muscle, crossed[k], above)),
             _RATE: _select(q, crossed[k]) | _select(qd, crossed[k]),
         }
-        at_start[name] = _NONE.union(*(known[key] for key in _start_arguments(muscle, signal)))
+        at_start[name] = _NONE.union(*(arguments[key] for key in _start_arguments(muscle, signal)))
         if _has_direct_command(muscle):
-            direct[name] = known[_COMMAND]
+            direct[name] = arguments[_COMMAND]
     tensions = dict(zip(reported, names["tensions"], strict=True))
     for name, k in zip(names["far_tensions"], friction_muscles(robot), strict=True):
         same = tensions.get(k)  # at the start, friction has no direction yet

@@ -237,8 +237,8 @@ def estimation_wiring(
     commanded = {tensions[k]: forces[k] for k in muscles if not is_modelled(robot.muscles[k])}
     commanded |= motors
     if not has_hardware:
-        known = motors if has_faults else commanded
-        wiring |= {f"sensors.{name}": f"controller.{out}" for name, out in known.items()}
+        inputs = motors if has_faults else commanded
+        wiring |= {f"sensors.{name}": f"controller.{out}" for name, out in inputs.items()}
         for group in _measurement_ports(robot, encoded, (), "input", "").values():
             for port in group:
                 prefix, _, rest = port.name.partition(".")

@@ -56,13 +56,13 @@ def tracked_signals(
 
 def tracked_signals_by_name(names: Sequence[str], units: Mapping[str, str]) -> list[TrackedSignal]:
     """Return the positions that have a desired position, such as `q.elbow` and `q_d.elbow`."""
-    known = set(names)
+    name_set = set(names)
     return [
         TrackedSignal(
             name, desired, units.get(name, ""), name[0] == "y" and units.get(name) == "rad"
         )
         for name in names
-        if name.startswith(("q.", "y.")) and (desired := f"{name[0]}_d{name[1:]}") in known
+        if name.startswith(("q.", "y.")) and (desired := f"{name[0]}_d{name[1:]}") in name_set
     ]
 
 

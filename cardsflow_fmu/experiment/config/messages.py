@@ -59,9 +59,9 @@ def element_errors(error: ValidationError, keys: Sequence[str]) -> SettingError:
     return SettingError(*found)
 
 
-def spelling_hint(key: str, given: Iterable[str]) -> str:
+def spelling_hint(key: str, present: Iterable[str]) -> str:
     """Return a suggestion for a missing key if a given key is similar."""
-    near = difflib.get_close_matches(key, given, n=1, cutoff=0.5)
+    near = difflib.get_close_matches(key, present, n=1, cutoff=0.5)
     return f"; did you misspell it as {near[0]!r}?" if near else ""
 
 
@@ -134,8 +134,8 @@ def _describe(error: Mapping[str, Any]) -> str:
     bound = ctx.get("gt", ctx.get("ge", ctx.get("le")))
     match error["type"]:
         case "missing":
-            given = value if isinstance(value, dict) else ()
-            return f"missing{spelling_hint(error['loc'][-1], given)}"
+            present = value if isinstance(value, dict) else ()
+            return f"missing{spelling_hint(error['loc'][-1], present)}"
         case "float_type" if type(value) is int:
             return "must be a finite number, not inf"
         case "float_type" | "int_type" if not isinstance(value, float):

@@ -107,63 +107,63 @@ class _NamedValues:
     def _read(self, value: Any, handler: ValidatorFunctionWrapHandler, info: Any) -> Any:
         if self._word is not None and value in (self._word, None):
             return None
-        known: Names | None = info.context.names[self._names] if _has_names(info) else None
+        names: Names | None = info.context.names[self._names] if _has_names(info) else None
         if isinstance(value, list) and None in value:  # JSON has no NaN, see Table.data
-            names = (
-                known.names
-                if known and len(known.names) == len(value)
+            labels = (
+                names.names
+                if names and len(names.names) == len(value)
                 else map(str, range(len(value)))
             )
-            elements = zip(names, value, strict=True)
+            elements = zip(labels, value, strict=True)
             value = {name: element for name, element in elements if element is not None}
         if value == {} and self._default is not ...:
             value = _NOT_SET
         if value == _NOT_SET and isinstance(value, tuple):
-            return self._default_values(known, info)
+            return self._default_values(names, info)
         if isinstance(value, dict):
             numbers = dict(zip(value, _validate(handler, value.values(), value), strict=True))
-            return tuple(numbers.values()) if known is None else self._expand(numbers, known, info)
+            return tuple(numbers.values()) if names is None else self._expand(numbers, names, info)
         if isinstance(self._others, tuple):
             raise SettingError(f"must be a table, not {value!r}")
         if not isinstance(value, list | tuple):
             (number,) = _validate(handler, [value], [""])
-            return (number,) * (1 if known is None else len(known.names))
-        if known is not None and len(value) != len(known.names):
-            raise SettingError(f"must have {len(known.names)} values, one per {known.kind}")
+            return (number,) * (1 if names is None else len(names.names))
+        if names is not None and len(value) != len(names.names):
+            raise SettingError(f"must have {len(names.names)} values, one per {names.kind}")
         return _validate(handler, value, [f"[{k}]" for k in range(len(value))])
 
-    def _default_values(self, known: Names | None, info: Any) -> tuple[Any, ...]:
-        if known is None:
+    def _default_values(self, names: Names | None, info: Any) -> tuple[Any, ...]:
+        if names is None:
             return ()
         default = info.context.defaults.get(info.field_name, self._default)
         if isinstance(default, tuple):
             return default
-        return () if default is None else (default,) * len(known.names)
+        return () if default is None else (default,) * len(names.names)
 
-    def _expand(self, numbers: Mapping[str, Any], known: Names, info: Any) -> tuple[Any, ...]:
+    def _expand(self, numbers: Mapping[str, Any], names: Names, info: Any) -> tuple[Any, ...]:
         """Return a value for every name from a table with names, groups, and `*`."""
-        together = {**{name: [name] for name in known.names}, EVERY_OTHER: known.names}
-        together = {**known.groups, **together}
+        together = {**{name: [name] for name in names.names}, EVERY_OTHER: names.names}
+        together = {**names.groups, **together}
         errors: list[InputError] = [
-            UnknownNameError(known.kind, name, [*known.groups, *known.names], key=name)
+            UnknownNameError(names.kind, name, [*names.groups, *names.names], key=name)
             for name in numbers
             if name not in together
         ]
-        spread = dict.fromkeys(known.names, numbers[EVERY_OTHER]) if EVERY_OTHER in numbers else {}
+        spread = dict.fromkeys(names.names, numbers[EVERY_OTHER]) if EVERY_OTHER in numbers else {}
         for name, number in numbers.items():
             if name != EVERY_OTHER:
                 spread |= {one: numbers.get(one, number) for one in together.get(name, ())}
         usual = info.context.defaults.get(info.field_name, self._others)
         if isinstance(usual, tuple) and info.field_name in info.context.defaults:
-            spread = dict(zip(known.names, usual, strict=True)) | spread
+            spread = dict(zip(names.names, usual, strict=True)) | spread
         elif not errors and (usual is None or usual is ...):
-            missing = [name for name in known.names if name not in spread]
+            missing = [name for name in names.names if name not in spread]
             errors += [
                 InputError(f"missing{spelling_hint(name, numbers)}", key=name) for name in missing
             ]
         if errors:
             raise SettingError(*errors)
-        return tuple(spread.get(name, usual) for name in known.names)
+        return tuple(spread.get(name, usual) for name in names.names)
 
 
 def _has_names(info: Any) -> bool:

@@ -160,9 +160,9 @@ class Table(BaseModel):
         """Return an error for each key that is set but does not apply."""
         keys = {name: info.alias or name for name, info in type(self).model_fields.items()}
         fitting = list(allowed)
-        known = [keys[name] for name in fitting]
-        given = [name for name in keys if name in self.model_fields_set and name not in fitting]
-        return [UnknownNameError("key", keys[name], known, key=keys[name]) for name in given]
+        allowed_keys = [keys[name] for name in fitting]
+        extra = [name for name in keys if name in self.model_fields_set and name not in fitting]
+        return [UnknownNameError("key", keys[name], allowed_keys, key=keys[name]) for name in extra]
 
 
 def validated(kind: Any, value: Any, key: str, file: Path | None = None) -> Any:

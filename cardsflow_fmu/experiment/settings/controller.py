@@ -209,16 +209,16 @@ class ControllerSettings(Table):
         if self.type is not None and self.space == "joint" and not is_open:
             self.require_only(key for key in type(self).model_fields if key not in _TASK_KEYS)
         if any(self.passive) and self.type is not None and self.type not in JOINT_ACCELERATION:
-            known = " or ".join(map(repr, JOINT_ACCELERATION))
-            problem = f"requires a controller of type {known}, not {self.type!r}"
+            laws = " or ".join(map(repr, JOINT_ACCELERATION))
+            problem = f"requires a controller of type {laws}, not {self.type!r}"
             raise SettingError(problem, key="passive")
         if self.norm != 2.0 and self.type is not None and self.space == "operational":
             problem = f"requires a joint-space law; {self.type!r} always uses the 2-norm"
             raise SettingError(problem, key="norm")
         closing = (*JOINT_ACCELERATION, *OPERATIONAL)
         if any(self.dependent) and self.type is not None and self.type not in closing:
-            known = " or ".join(map(repr, closing))
-            problem = f"must be {known} for a robot with closed loops, not {self.type!r}"
+            laws = " or ".join(map(repr, closing))
+            problem = f"must be {laws} for a robot with closed loops, not {self.type!r}"
             raise SettingError(problem, key="type")
         return self
 

@@ -37,8 +37,8 @@ class ExternalFmuSettings(Table):
 
     @model_validator(mode="after")
     def _check_units(self) -> Self:
-        given = self.units.items()
-        wrong = [(name, unit) for name, unit in given if unit not in KNOWN_UNITS]
+        units = self.units.items()
+        wrong = [(name, unit) for name, unit in units if unit not in KNOWN_UNITS]
         if wrong:
             raise SettingError(
                 *(UnknownNameError("unit", u, KNOWN_UNITS, key=f"units.{n}") for n, u in wrong)

@@ -220,10 +220,10 @@ class _PathLengths:
         Raises:
             UnknownNameError: A coordinate of the pose does not exist.
         """
-        known = [c.name for c in self._robot.coordinates]
+        names = [c.name for c in self._robot.coordinates]
         for name in pose:
-            if name not in known:
-                raise UnknownNameError("coordinate", name, known, key=f"pose.{name}")
+            if name not in names:
+                raise UnknownNameError("coordinate", name, names, key=f"pose.{name}")
         q = tuple(pose.get(c.name, c.initial) for c in self._robot.coordinates)
         if q not in self._found:
             from sim_dart import MusclePaths
@@ -274,54 +274,54 @@ def _apply_settings(
 
 
 def _resolve_expressions(
-    given: dict[str, Any], muscle: Muscle, changes: MuscleSettings, lengths: _PathLengths
+    values: dict[str, Any], muscle: Muscle, changes: MuscleSettings, lengths: _PathLengths
 ) -> dict[str, Any]:
     """Return the parameters with numbers instead of expressions in path length and f_max."""
-    if given.get("preset") == HILL_FROM_PATH:
-        given = _HILL_FROM_PATH | {k: v for k, v in given.items() if k != "preset"}
-    for name, value in given.items():
+    if values.get("preset") == HILL_FROM_PATH:
+        values = _HILL_FROM_PATH | {k: v for k, v in values.items() if k != "preset"}
+    for name, value in values.items():
         if name in ("preset", "kind") or not isinstance(value, str):
             continue
         if value == F_MAX:
             if not math.isfinite(muscle.f_max):
                 raise InputError("requires f_max; set it", key=f"model.{name}")
-            given[name] = muscle.f_max
+            values[name] = muscle.f_max
         else:
             factor, _, _ = value.rpartition(PATH)
-            given[name] = float(factor or "1") * lengths.at(changes.pose or {}, muscle.name)
-    return given
+            values[name] = float(factor or "1") * lengths.at(changes.pose or {}, muscle.name)
+    return values
 
 
-def _model(given: dict[str, Any], current: CableModel) -> CableModel:
+def _model(values: dict[str, Any], current: CableModel) -> CableModel:
     """Return a muscle law with parameters.
 
     Missing parameters come from the preset, from the robot if it has the same law, or from the
     defaults of the law.
     """
-    preset = given.pop("preset", None)
-    kind = given.pop("kind", PRESETS[preset].kind if preset else current.kind)
+    preset = values.pop("preset", None)
+    kind = values.pop("kind", PRESETS[preset].kind if preset else current.kind)
     base = PRESETS[preset] if preset else current if current.kind == kind else CableModel(kind)
     if kind not in MUSCLE_LAWS:
         raise UnknownNameError("muscle model", kind, MUSCLE_LAWS, key="model.kind")
     if kind != base.kind:
         raise InputError(f"{preset!r} has the law {base.kind!r}, not {kind!r}", key="model.preset")
     known = [parameter.name for parameter in MUSCLE_LAWS[kind].parameters]
-    for name in given:
+    for name in values:
         if name not in known:
             raise UnknownNameError("key", name, ["preset", "kind", *known], key=f"model.{name}")
-    parameters = dict(base.parameters) | given
+    parameters = dict(base.parameters) | values
     for parameter in MUSCLE_LAWS[kind].parameters:
         _check_parameter(parameter, parameters.get(parameter.name, parameter.default), kind)
     return CableModel(kind, tuple(parameters.items()))
 
 
-def _custom_model(law: CustomLaw, given: Mapping[str, Any]) -> CableModel:
+def _custom_model(law: CustomLaw, values: Mapping[str, Any]) -> CableModel:
     """Return a custom law; its file is read but not executed."""
-    for name in given:
+    for name in values:
         if name not in ("kind", "parameters"):
             problem = "is not for custom laws; set it in model.parameters"
             raise InputError(problem, key=f"model.{name}")
-    parameters = tuple(given.get("parameters", {}).items())
+    parameters = tuple(values.get("parameters", {}).items())
     return CableModel("ideal", parameters, CustomMuscleLaw(str(law.file), law.name, _command(law)))
 
 

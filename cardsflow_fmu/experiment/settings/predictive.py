@@ -80,9 +80,9 @@ class PredictiveBoundSettings(Table):
     )
 
 
-def override(values: FloatArray, given: tuple[float, ...]) -> FloatArray:
+def override(values: FloatArray, overrides: tuple[float, ...]) -> FloatArray:
     """Return values, replaced by those that are given and not NaN."""
-    replacements = np.array(given or np.full(len(values), np.nan))
+    replacements = np.array(overrides or np.full(len(values), np.nan))
     return np.where(np.isnan(replacements), values, replacements)
 
 
@@ -97,8 +97,8 @@ def require_bounds(bounds: PredictiveBoundSettings, robot: Robot, context: Conte
     coordinates = [coordinate.name for coordinate in robot.coordinates]
     for symbol, names in {"f": actuators, "q": coordinates}.items():
         limits = getattr(dynamics, f"{symbol}_min"), getattr(dynamics, f"{symbol}_max")
-        given = getattr(bounds, f"{symbol}_min"), getattr(bounds, f"{symbol}_max")
-        least, most = (override(*pair) for pair in zip(limits, given, strict=True))
+        overrides = getattr(bounds, f"{symbol}_min"), getattr(bounds, f"{symbol}_max")
+        least, most = (override(*pair) for pair in zip(limits, overrides, strict=True))
         for k, name in enumerate(names):
             low, high = limits[0][k], limits[1][k]
             for side, value in (("min", least[k]), ("max", most[k])):

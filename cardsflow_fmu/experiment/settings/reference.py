@@ -128,8 +128,8 @@ class ReferenceTable(Table):
             self.require_only(("name", "spline", "points", "approach"))
             self._check_points()
         elif self.is_recorded:
-            given = "file" if self.samples is None else "samples"
-            self.require_only((given, "noise", "approach"))
+            kind = "file" if self.samples is None else "samples"
+            self.require_only((kind, "noise", "approach"))
         else:
             self.require_only(("trajectory", "file", "approach"))
             if self.trajectory is None:

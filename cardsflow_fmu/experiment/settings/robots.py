@@ -131,8 +131,8 @@ def read_robot(
         if finding.code == ABSOLUTE:
             raise InputError(finding.message, file=finding.file, line=finding.line)
     if (tasks := settings.operational_space) is not None:
-        known = [s.name for s in robot.task_sets]
-        context.require(f"{key}.operational_space", "operational space", tasks, known)
+        spaces = [s.name for s in robot.task_sets]
+        context.require(f"{key}.operational_space", "operational space", tasks, spaces)
         robot = replace(robot, task_set=tasks)
     if settings.gravity is not None:
         robot = replace(robot, gravity=settings.gravity)

@@ -62,10 +62,10 @@ class Connection:
     def exported(self) -> Iterator[None]:
         """Set the environment variables for FMUs that start within the context."""
         files = {KEY_FILE: self.key_file, RECORDING: self.recording}
-        given = {name: str(file.resolve()) for name, file in files.items() if file is not None}
-        given |= {LINK: self.link} if self.link else {}
-        before = {name: os.environ.get(name) for name in given}
-        os.environ.update(given)
+        variables = {name: str(file.resolve()) for name, file in files.items() if file is not None}
+        variables |= {LINK: self.link} if self.link else {}
+        before = {name: os.environ.get(name) for name in variables}
+        os.environ.update(variables)
         try:
             yield
         finally:

@@ -36,9 +36,9 @@ def with_wrenches(experiment: Experiment) -> Experiment:
 
     A frame stays without a wrench if all of its links have the name of an end-effector point.
     """
-    robot, given = experiment.robot, experiment.plant.wrenches
+    robot, wrenches = experiment.robot, experiment.plant.wrenches
     _, places = moving_frames(robot)
-    pulled = {places[name].frame for name in given} | {-1}
+    pulled = {places[name].frame for name in wrenches} | {-1}
     load_names = set(load_signals(robot))
     added = []
     for link in robot.links:
@@ -49,7 +49,7 @@ def with_wrenches(experiment: Experiment) -> Experiment:
     wiring = dict.fromkeys((f"plant.{name}" for name in wrench_signals(added)), 0.0)
     return replace(
         experiment,
-        plant=experiment.plant.copy_with(wrenches=(*given, *added)),
+        plant=experiment.plant.copy_with(wrenches=(*wrenches, *added)),
         wiring={**wiring, **experiment.wiring},
     )
 
@@ -78,8 +78,8 @@ def _controller(experiment: Experiment, space: Space) -> ControllerSettings:
     controller = experiment.controller
     data: dict[str, Any] = {key: getattr(controller, key) for key in _INHERITED}
     context = Context(experiment.file, robot_names(experiment.robot, space))
-    given = {key: list(v) if isinstance(v, tuple) else v for key, v in data.items()}
-    return read_controller(_GAINS | given, context, experiment.run, space, experiment.start)
+    inherited = {key: list(v) if isinstance(v, tuple) else v for key, v in data.items()}
+    return read_controller(_GAINS | inherited, context, experiment.run, space, experiment.start)
 
 
 def models_in_mode(experiment: Experiment, mode: Mode) -> tuple[str, ...]:

@@ -55,10 +55,10 @@ def observed_poses(experiment: Experiment) -> dict[str, Any]:
 
 def _rank_with_offsets(robot: Robot, poses: FloatArray, settings: EstimatorTable) -> int:
     is_unknown = np.hypot(settings.offset_drift, settings.start_offset_sd) > 0.0
-    known = np.where(is_unknown, 0.0, settings.length_noise)
+    noise = np.where(is_unknown, 0.0, settings.length_noise)
     if not is_unknown.any():
         return len(robot.coordinates)
-    known_noise = replace(settings.estimator_settings, length_noise=known)
+    known_noise = replace(settings.estimator_settings, length_noise=noise)
     return int(observability(robot, poses, known_noise).rank.min())
 
 

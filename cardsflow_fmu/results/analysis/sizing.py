@@ -343,8 +343,8 @@ def _coordinate_rows(sizes: MuscleSizes) -> list[dict[str, Any]]:
         return rows
     for key, margins in zip(("torque_down", "torque_up"), sizes.forces.torque_margins, strict=True):
         for j, row in enumerate(rows):
-            known = margins[:, j][np.isfinite(margins[:, j])]
-            row[key] = float(known.min()) if len(known) else None
+            finite = margins[:, j][np.isfinite(margins[:, j])]
+            row[key] = float(finite.min()) if len(finite) else None
     return rows
 
 

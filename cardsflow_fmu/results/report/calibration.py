@@ -115,8 +115,8 @@ def describe(result: Calibration) -> str:
         "parameter                                          change        sd",
     ]
     rows = zip(result.parameters, result.change, result.sd, is_known, strict=True)
-    for one, change, sd, known in rows:
-        mark = "" if known else "  unidentifiable: determined by its prior"
+    for one, change, sd, is_identifiable in rows:
+        mark = "" if is_identifiable else "  unidentifiable: determined by its prior"
         lines.append(f"{one.name:45s} {change:11.4g} {sd:9.2g} {one.unit}{mark}")
     return "\n".join(
         [*lines, *_curvature_lines(result), *unidentifiable_lines(result), *warnings(result)]
@@ -137,9 +137,9 @@ def _curvature_lines(result: Calibration) -> list[str]:
     return ["", f"{reason}: {', '.join(curved)}"]
 
 
-def unidentifiable_lines(known: ParameterInformation) -> list[str]:
+def unidentifiable_lines(result: ParameterInformation) -> list[str]:
     """Describe unidentifiable parameters and directions, one line each."""
-    names, directions, lines = _without_effect(known), unidentifiable_directions(known), []
+    names, directions, lines = _without_effect(result), unidentifiable_directions(result), []
     if names:
         lines += ["", f"no effect on the measurements: {', '.join(names)}"]
     if directions:
@@ -148,9 +148,9 @@ def unidentifiable_lines(known: ParameterInformation) -> list[str]:
     return lines
 
 
-def _without_effect(known: ParameterInformation) -> list[str]:
+def _without_effect(result: ParameterInformation) -> list[str]:
     """Return the names of the parameters without effect on the measurements."""
-    rows = zip(known.parameters, without_effect(known), strict=True)
+    rows = zip(result.parameters, without_effect(result), strict=True)
     return [one.name for one, idle in rows if idle]
 
 

@@ -40,10 +40,10 @@ def select_curves(panel: Panel, count: int = MAX_CURVES) -> SelectedCurves:
 
 
 def _effect(curve: Curve, by_change: bool) -> float:
-    known = curve.values[np.isfinite(curve.values)]
-    if not known.size:
+    values = curve.values[np.isfinite(curve.values)]
+    if not values.size:
         return 0.0
-    return float(np.ptp(known) if by_change else np.abs(known).max())
+    return float(np.ptp(values) if by_change else np.abs(values).max())
 
 
 def curve_colours(names: Sequence[str]) -> list[str]:

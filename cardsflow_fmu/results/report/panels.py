@@ -206,11 +206,11 @@ def _moment_arms(result: RunData) -> list[Panel]:
     rows = evenly_spaced(len(result.rows), _POSES)
     time, paths = result["time"][rows], MusclePaths(robot)
     poses = result.columns(signals)[rows]
-    known = np.isfinite(poses).all(axis=1)
-    if not known.any():
+    is_finite = np.isfinite(poses).all(axis=1)
+    if not is_finite.any():
         return []
-    time = time[known]
-    arms = -np.stack([paths.evaluate(q).jacobian.copy() for q in poses[known]])
+    time = time[is_finite]
+    arms = -np.stack([paths.evaluate(q).jacobian.copy() for q in poses[is_finite]])
     panels = []
     for j, coordinate in enumerate(robot.coordinates):
         acting = [k for k in range(len(robot.muscles)) if np.abs(arms[:, k, j]).max() > _MIN_ARM]

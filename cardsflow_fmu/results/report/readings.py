@@ -174,20 +174,20 @@ def _require_same_names(path: Path, columns: Mapping[str, FloatArray], robot: Ro
     """Check by names that a recording is of the robot."""
     if "time" not in columns:
         raise InputError("has no column 'time'", file=path)
-    known = {
+    expected = {
         "q": set(coordinate_signals("q", robot)),
         "l": set(muscle_signals("l", robot)),
         "f": set(muscle_signals("f", robot)),
     }
-    for kind, signals in known.items():
+    for kind, signals in expected.items():
         found = {name for name in columns if name.partition(".")[0] == kind and "." in name}
         unknown = sorted(found - signals)
         if unknown:
             problem = f"{unknown[0]!r} is not a signal of robot {robot.name!r}"
             raise InputError(f"{problem}; it is of another robot", file=path)
-    if not any(name in columns for name in known["l"] | known["q"]):
+    if not any(name in columns for name in expected["l"] | expected["q"]):
         problem = f"has neither positions nor lengths of robot {robot.name!r}, such as "
-        raise InputError(f"{problem}{min(known['q'] | known['l'])!r}", file=path)
+        raise InputError(f"{problem}{min(expected['q'] | expected['l'])!r}", file=path)
 
 
 def _equal_steps(path: Path, t: FloatArray) -> tuple[np.ndarray, float]:

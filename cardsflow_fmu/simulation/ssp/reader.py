@@ -150,7 +150,7 @@ def _experiment(root: Any, file: Path) -> tuple[float | None, float | None]:
 
 def _connections(system: Any, components: list[Component], file: Path) -> Iterator[Connection]:
     """Yield the connections between components; connectors of the system are ignored."""
-    known = {(c.name, one.name): one for c in components for one in c.connectors}
+    ports = {(c.name, one.name): one for c in components for one in c.connectors}
     fed: set[tuple[str, str]] = set()
     for group in children(system, "Connections"):
         for element in children(group, "Connection"):
@@ -161,28 +161,28 @@ def _connections(system: Any, components: list[Component], file: Path) -> Iterat
             if None in (ends[0][0], ends[1][0]):
                 continue
             for end in ends:
-                if end not in known:
-                    names = [".".join(one) for one in known]
+                if end not in ports:
+                    names = [".".join(one) for one in ports]
                     wrong = ".".join(str(name) for name in end)
                     raise UnknownNameError(
                         "connector", wrong, names, file=file, line=element.sourceline
                     )
-            source, target = sorted(ends, key=lambda end: known[end].kind == "input")
-            if known[source].kind == "input" or known[target].kind == "output" or target in fed:
+            source, target = sorted(ends, key=lambda end: ports[end].kind == "input")
+            if ports[source].kind == "input" or ports[target].kind == "output" or target in fed:
                 problem = f"{'.'.join(source)} cannot be connected to {'.'.join(target)}"
                 raise InputError(problem, file=file, line=element.sourceline)
             fed.add(target)
-            yield _connection(element, known, source, target, file)
+            yield _connection(element, ports, source, target, file)
 
 
 def _connection(
     element: Any,
-    known: dict[tuple[str, str], Connector],
+    ports: dict[tuple[str, str], Connector],
     source: tuple[str, str],
     target: tuple[str, str],
     file: Path,
 ) -> Connection:
-    units = known[source].unit, known[target].unit
+    units = ports[source].unit, ports[target].unit
     change = Conversion()
     if element.get("suppressUnitConversion", "false") not in ("true", "1") and None not in units:
         try:

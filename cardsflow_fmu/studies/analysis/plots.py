@@ -91,10 +91,10 @@ def mean_cells(x: FloatArray, y: FloatArray, values: FloatArray) -> FloatArray:
     """Return the mean of the finite values at each pair of different y and x, shape (n_y, n_x)."""
     columns, i = np.unique(x, return_inverse=True)
     rows, j = np.unique(y, return_inverse=True)
-    known = np.isfinite(values)
+    is_finite = np.isfinite(values)
     sums, counts = np.zeros((len(rows), len(columns))), np.zeros((len(rows), len(columns)))
-    np.add.at(sums, (j[known], i[known]), values[known])
-    np.add.at(counts, (j[known], i[known]), 1.0)
+    np.add.at(sums, (j[is_finite], i[is_finite]), values[is_finite])
+    np.add.at(counts, (j[is_finite], i[is_finite]), 1.0)
     means: FloatArray = np.full_like(sums, np.nan)
     return np.divide(sums, counts, out=means, where=counts > 0.0)
 

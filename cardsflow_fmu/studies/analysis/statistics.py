@@ -192,9 +192,9 @@ def variance_share(x: FloatArray, y: FloatArray) -> float:
         y: A metric, shape (n,).
     """
     n = len(x)
-    known = np.unique(x)
-    if len(known) <= _GROUPS:
-        groups = [y[x == value] for value in known]
+    levels = np.unique(x)
+    if len(levels) <= _GROUPS:
+        groups = [y[x == value] for value in levels]
     else:
         groups = np.array_split(y[np.argsort(x, kind="stable")], _GROUPS)
     between = sum(len(group) * (group.mean() - y.mean()) ** 2 for group in groups)

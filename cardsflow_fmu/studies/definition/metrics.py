@@ -62,8 +62,8 @@ def expand_wildcards(names: Iterable[str], robot: Robot) -> tuple[str, ...]:
                 raise UnknownNameError("muscle", last, muscles)
             found += [f"{base}.{m}" for m in muscles] if last == "*" else [name]
         else:
-            known = [*METRICS, *(f"{n}.*" for n in _per_muscle())]
-            raise UnknownNameError("metric", name, known)
+            metrics = [*METRICS, *(f"{n}.*" for n in _per_muscle())]
+            raise UnknownNameError("metric", name, metrics)
     return tuple(dict.fromkeys(found))
 
 

@@ -67,10 +67,10 @@ def read_study(path: Path) -> dict[str, Any]:
     }
 
 
-def _settings(given: Mapping[str, Any], context: Context) -> dict[str, Any]:
+def _settings(table: Mapping[str, Any], context: Context) -> dict[str, Any]:
     """Return the changes of settings for all runs by full key; tables can be nested."""
     settings: dict[str, Any] = {}
-    for key, value in given.items():
+    for key, value in table.items():
         try:
             settings |= _leaves(split_path(key), value)
         except InputError as error:

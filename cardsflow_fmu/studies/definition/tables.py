@@ -119,11 +119,11 @@ class VarySettings(Table):
 
     @model_validator(mode="after")
     def _check_range(self) -> Self:
-        given = [key for key in _RANGE_KEYS if getattr(self, key) is not None]
-        if len(given) != 1:
-            problem = f"requires exactly one of {', '.join(_RANGE_KEYS)}, found {len(given)}"
+        ranges = [key for key in _RANGE_KEYS if getattr(self, key) is not None]
+        if len(ranges) != 1:
+            problem = f"requires exactly one of {', '.join(_RANGE_KEYS)}, found {len(ranges)}"
             raise SettingError(problem, key="path")
-        key = given[0]
+        key = ranges[0]
         if key in ("uniform", "loguniform"):
             a, b = getattr(self, key)
             if a >= b:

@@ -19,14 +19,14 @@ from .static import Activations
 _RATES = {"umberger_2010": umberger_2010, "bhargava_2004": bhargava_2004}
 
 
-def motion_columns(given: GivenMotion, found: Activations) -> dict[str, FloatArray]:
+def motion_columns(recorded: GivenMotion, found: Activations) -> dict[str, FloatArray]:
     """Return the columns of results.csv by name, shape (T,) each, in SI units.
 
     They are the motion, tensions and activations; the powers -f l' of the muscles; for muscles with
     fibres, fibre lengths and velocities and metabolic rates; for robots without loops, the forces
     and moments of joints, see `JointReactions`.
     """
-    robot, motion = given.robot, given.motion
+    robot, motion = recorded.robot, recorded.motion
     columns = {"time": motion.times}
 
     def add(names: list[str], rows: FloatArray) -> None:
@@ -43,19 +43,19 @@ def motion_columns(given: GivenMotion, found: Activations) -> dict[str, FloatArr
     add(muscle_signals("power", robot), -found.forces * rates)
     muscles = [muscle for muscle in robot.muscles if has_fibres(muscle)]
     if muscles:
-        columns |= _fibre_columns(robot.with_muscles(muscles), given, found, rates)
+        columns |= _fibre_columns(robot.with_muscles(muscles), recorded, found, rates)
     if not robot.loops:
-        columns |= _reaction_columns(given, found)
+        columns |= _reaction_columns(recorded, found)
     return columns
 
 
 def _fibre_columns(
-    robot: Robot, given: GivenMotion, found: Activations, rates: FloatArray
+    robot: Robot, recorded: GivenMotion, found: Activations, rates: FloatArray
 ) -> dict[str, FloatArray]:
     """Return the columns of muscles with fibres, which are all muscles of `robot`."""
-    has = np.array([has_fibres(muscle) for muscle in given.robot.muscles])
-    dynamics, muscles = control_dynamics(given.robot), HillMuscles(robot)
-    lengths = np.array([dynamics.muscle_lengths(q)[has] for q in given.motion.q])
+    has = np.array([has_fibres(muscle) for muscle in recorded.robot.muscles])
+    dynamics, muscles = control_dynamics(recorded.robot), HillMuscles(robot)
+    lengths = np.array([dynamics.muscle_lengths(q)[has] for q in recorded.motion.q])
     a = u = found.activations[:, has]
     fibres, speeds = muscles.rigid(lengths, rates[:, has])
     if found.trajectory is not None:
@@ -87,11 +87,11 @@ def _fibre_columns(
     return columns
 
 
-def _reaction_columns(given: GivenMotion, found: Activations) -> dict[str, FloatArray]:
-    motion, loads = given.motion, given.loads
+def _reaction_columns(recorded: GivenMotion, found: Activations) -> dict[str, FloatArray]:
+    motion, loads = recorded.motion, recorded.loads
     wrenches = None if loads is None else (loads.links, loads.forces, loads.moments)
     states = (motion.q, motion.qd, motion.qdd)
-    reactions = joint_reactions(given.robot, states, found.forces, wrenches)
+    reactions = joint_reactions(recorded.robot, states, found.forces, wrenches)
     columns: dict[str, FloatArray] = {}
     rows_of = {"reaction_force": reactions.forces, "reaction_moment": reactions.moments}
     for kind, rows in rows_of.items():

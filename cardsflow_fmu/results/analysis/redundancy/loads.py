@@ -19,12 +19,12 @@ from .motion import ExternalLoads, GivenMotion
 _LOAD, _GROUND = "ExternalForce", ("ground", "/ground")
 
 
-def add_external_loads(given: GivenMotion, file: Path) -> GivenMotion:
+def add_external_loads(recorded: GivenMotion, file: Path) -> GivenMotion:
     """Return a motion with the external loads of a file; errors as for `read_external_loads`."""
-    if given.robot.loops:
+    if recorded.robot.loops:
         raise InputError("does not support closed kinematic loops", key="--loads")
-    loads = read_external_loads(given.robot, given.motion, file)
-    return replace(given, motion=replace(given.motion, w_e=-loads.generalised), loads=loads)
+    loads = read_external_loads(recorded.robot, recorded.motion, file)
+    return replace(recorded, motion=replace(recorded.motion, w_e=-loads.generalised), loads=loads)
 
 
 def read_external_loads(robot: Robot, motion: Motion, file: Path) -> ExternalLoads:
@@ -70,9 +70,9 @@ def _link(robot: Robot, load: Node) -> str:
             problem = f"{key} is {body!r}; express the load in ground"
             raise InputError(problem, file=load.file, line=load.line)
     body = _text(load, "applied_to_body").rpartition("/")[2]
-    known = [link.name for link in robot.links]
-    if body not in known:
-        raise UnknownNameError("link", body, known, file=load.file, key="applied_to_body")
+    names = [link.name for link in robot.links]
+    if body not in names:
+        raise UnknownNameError("link", body, names, file=load.file, key="applied_to_body")
     return body
 
 

@@ -79,8 +79,8 @@ def read_given_motion(
     """
     names = [c.name for c in robot.coordinates]
     lengths = [c.name for c in robot.coordinates if c.unit == "m"]
-    known = set(recorded_names(file, names, lengths)) or set(names)
-    locked = {c.name: c.initial for c in robot.coordinates if c.name not in known}
+    recorded = set(recorded_names(file, names, lengths)) or set(names)
+    locked = {c.name: c.initial for c in robot.coordinates if c.name not in recorded}
     moving = lock(robot, locked) if locked else robot
     moving_names = Names("coordinate", [c.name for c in moving.coordinates])
     rows, trajectory = read_recorded(file, {"joint": moving_names}, noise, lengths)

@@ -49,8 +49,8 @@ def optimise_activations(
     terms = motion_terms(dynamics, motion)
     hill = np.array([has_fibres(muscle) for muscle in robot.muscles])
     L = terms.L[:, : len(robot.muscles)]
-    given = np.where(hill, 0.0, passive_tensions(robot, motion))
-    tau = terms.tau + np.einsum("tmn,tm->tn", L, given)
+    passive = np.where(hill, 0.0, passive_tensions(robot, motion))
+    tau = terms.tau + np.einsum("tmn,tm->tn", L, passive)
     driven = driven_coordinates(L[:, hill])
     fibrous = [muscle for muscle in robot.muscles if has_fibres(muscle)]
     muscles = HillMuscles(robot.with_muscles(fibrous))
@@ -81,7 +81,7 @@ def optimise_activations(
     found = found._replace(tensions=np.where(is_slack, 0.0, found.tensions))
     changed = muscles.elastic & ~elastic
     rigid_names = tuple(m.name for m, is_rigid in zip(fibrous, changed, strict=True) if is_rigid)
-    result = _activations(robot, terms, found, tau, (hill, driven, given), reserve)
+    result = _activations(robot, terms, found, tau, (hill, driven, passive), reserve)
     return replace(result, rigid_names=rigid_names)
 
 
@@ -102,8 +102,8 @@ def _activations(
     parts: tuple[BoolArray, BoolArray, FloatArray],
     reserve: float,
 ) -> Activations:
-    hill, driven, given = parts
-    reserves, forces, activations = tau.copy(), given.copy(), np.zeros_like(given)
+    hill, driven, passive = parts
+    reserves, forces, activations = tau.copy(), passive.copy(), np.zeros_like(passive)
     reserves[:, driven] = found.reserves
     forces[:, hill], activations[:, hill] = found.tensions, found.activations
     names = np.array(terms.coordinate_names)

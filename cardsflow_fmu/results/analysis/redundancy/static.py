@@ -145,8 +145,8 @@ def _replace_parameters(robot: Robot, values: Mapping[str, float]) -> Robot:
     changed = []
     for muscle in robot.muscles:
         law = law_of(muscle.model)
-        known = law.command is None or law.command.name in ("excitation", "force")
-        if not known:
+        is_scaled = law.command is None or law.command.name in ("excitation", "force")
+        if not is_scaled:
             problem = f"muscle {muscle.name!r}: {law.kind!r} has no activation"
             raise InputError(f"{problem}; static optimisation requires Hill-type muscles")
         if law.kind == "ideal" and not np.isfinite(muscle.f_max):

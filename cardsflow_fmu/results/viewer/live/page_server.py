@@ -68,8 +68,8 @@ class PageServer:
 
     def is_authorised(self, token: object) -> bool:
         """Return whether a request has the token."""
-        given = token.encode("utf-8", "replace") if isinstance(token, str) else b""
-        return bool(self._token) and hmac.compare_digest(given, self._token.encode())
+        received = token.encode("utf-8", "replace") if isinstance(token, str) else b""
+        return bool(self._token) and hmac.compare_digest(received, self._token.encode())
 
     def send(self, text: str) -> None:
         """Send a line of text to the page; a slow page omits all but the last one."""

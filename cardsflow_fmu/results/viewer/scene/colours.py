@@ -52,11 +52,11 @@ def tension_colour(tension: float, low: float, high: float) -> Colour:
 def tension_colours(tensions: FloatArray, low: float, high: float) -> NDArray[np.int64]:
     """Return the colours of a muscle at K times, shape (K, 3)."""
     parts = (tensions - low) / (high - low) if high > low else np.zeros(len(tensions))
-    known = np.isfinite(tensions)
-    at = np.clip(np.where(known, parts, 0.0), 0.0, 1.0)
+    is_finite = np.isfinite(tensions)
+    at = np.clip(np.where(is_finite, parts, 0.0), 0.0, 1.0)
     ramp = np.array(RAMP)
     places = np.linspace(0.0, 1.0, len(RAMP))
     colours = np.stack([np.interp(at, places, channel) for channel in ramp.T], axis=1)
-    colours[~known] = SLACK
+    colours[~is_finite] = SLACK
     rounded: NDArray[np.int64] = np.rint(colours).astype(np.int64)
     return rounded
