@@ -143,7 +143,7 @@ def _view(root: Any, clicked: Sequence[Sequence[float]]) -> str:
 
 def _triangles(root: Any) -> list[str]:
     """Return the triangles of all bodies, the most distant one first."""
-    found = []
+    faces = []
     for occurrence in root.allOccurrences:
         for body in occurrence.bRepBodies:
             calculator = body.meshManager.createMeshCalculator()
@@ -152,9 +152,9 @@ def _triangles(root: Any) -> list[str]:
             for corners in nodes[np.reshape(mesh.nodeIndices, (-1, 3))]:
                 normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
                 if normal @ _FORWARD < 0.0:
-                    found.append((corners, normal / np.linalg.norm(normal), body.visibleOpacity))
-    found.sort(key=lambda item: -float(item[0].mean(axis=0) @ _FORWARD))
-    return [_triangle(*item) for item in found]
+                    faces.append((corners, normal / np.linalg.norm(normal), body.visibleOpacity))
+    faces.sort(key=lambda item: -float(item[0].mean(axis=0) @ _FORWARD))
+    return [_triangle(*item) for item in faces]
 
 
 def _triangle(corners: np.ndarray, normal: np.ndarray, opacity: float) -> str:

@@ -335,17 +335,17 @@ def settings_page(page: str, schema: Mapping[str, Any]) -> str:
         schema: JSON Schema that contains the settings.
     """
 
-    def made(found: re.Match[str]) -> str:
+    def section(match: re.Match[str]) -> str:
         form = schema
-        for part in found["path"].split(".") if found["path"] != "study" else ():
+        for part in match["path"].split(".") if match["path"] != "study" else ():
             form = _inside(form, part)
-        return f"{found['begin']}\n{_settings(form)}\n{found['end']}"
+        return f"{match['begin']}\n{_settings(form)}\n{match['end']}"
 
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
     laws = r"(?<=<!-- control laws -->\n).*?(?=<!-- end of control laws -->)"
     text = re.sub(laws, lambda _: control_laws() + "\n", text, flags=re.DOTALL)
     pattern = r"(?P<begin><!-- settings: (?P<path>\S+) -->)\n.*?(?P<end><!-- end of settings -->)"
-    return re.sub(pattern, made, text, flags=re.DOTALL)
+    return re.sub(pattern, section, text, flags=re.DOTALL)
 
 
 def _inside(form: Mapping[str, Any], key: str) -> Mapping[str, Any]:

@@ -112,11 +112,11 @@ class Assembly:
             InputError: No place or several places match; the message lists the candidates.
         """
         for name_of in _NAMES:
-            found = [place for place in self.places if name_of(place) == name]
-            if len(found) == 1:
-                return found[0]
-            if found:
-                paths = listed([place.path for place in found], 5)
+            matching = [place for place in self.places if name_of(place) == name]
+            if len(matching) == 1:
+                return matching[0]
+            if matching:
+                paths = listed([place.path for place in matching], 5)
                 raise InputError(f"part {name!r} is not unique; use one of the paths {paths}")
         raise InputError(unknown("part", name, [place.path for place in self.places]))
 

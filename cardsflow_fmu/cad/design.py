@@ -167,13 +167,13 @@ class Design:
             InputError: The face is neither a cylinder nor a sphere.
         """
         try:
-            found = face_of(face.wrapped, self._in_part(part), self._unit)
+            surface = face_of(face.wrapped, self._in_part(part), self._unit)
         except ValueError as error:
             raise InputError(f"wrap surface {name!r}: {error}") from None
         use = WrapUse(muscle, after, side, turns, inside)
         _, _, before = self._surfaces.get(name, (None, None, SurfaceUse(name)))
         muscles = (*before.muscles, use)
-        self._surfaces[name] = part, found, replace(before, muscles=muscles)
+        self._surfaces[name] = part, surface, replace(before, muscles=muscles)
 
     def dynamics(self, joint: Any, **values: float) -> None:
         """Set the dynamic parameters of a joint.

@@ -69,18 +69,18 @@ def import_cad(
         InputError: The design cannot be read, a setting is invalid, or the folder cannot be
             written.
     """
-    found: list[FirstExperiment] = []
+    experiments: list[FirstExperiment] = []
 
     def experiment(robot: Path) -> tuple[str, list[Finding]]:
         try:
-            found.append(_first_experiment(robot))
+            experiments.append(_first_experiment(robot))
         except CardsflowError as error:
             return "", [_no_experiment(robot, error)]
-        return found[0].text, []
+        return experiments[0].text, []
 
     snapshot = read_design(file, settings, tables, time_limit)
     done = export_robot(snapshot, folder, experiment=experiment)
-    notes, test_run = (found[0].notes, found[0].test_run) if found else ((), None)
+    notes, test_run = (experiments[0].notes, experiments[0].test_run) if experiments else ((), None)
     return Imported(done.files, done.findings, done.losses, notes, test_run)
 
 

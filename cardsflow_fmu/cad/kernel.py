@@ -199,11 +199,11 @@ def face_of(face: Any, T: Transform, unit: float) -> Face:
 
 def round_faces(shape: Any, T: Transform, unit: float) -> list[Face]:
     """Return all cylinder and sphere faces of a shape; arguments as for `face_of`."""
-    found = []
+    faces = []
     for face in _explored(shape, "FACE"):
         with suppress(ValueError):
-            found.append(face_of(kernel("TopoDS").TopoDS.Face(face), T, unit))
-    return found
+            faces.append(face_of(kernel("TopoDS").TopoDS.Face(face), T, unit))
+    return faces
 
 
 def _point(point: Any, unit: float) -> Vector3:

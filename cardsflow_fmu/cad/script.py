@@ -50,9 +50,9 @@ def script_design(file: Path) -> Design:
     finally:
         with suppress(ValueError):
             sys.path.remove(folder)
-    found = {id(value): name for name, value in variables.items() if isinstance(value, Design)}
-    if len(found) != 1:
-        number = f"{len(found)}: {', '.join(found.values())}" if found else "none"
+    designs = {id(value): name for name, value in variables.items() if isinstance(value, Design)}
+    if len(designs) != 1:
+        number = f"{len(designs)}: {', '.join(designs.values())}" if designs else "none"
         problem = f"must define exactly one cardsflow_fmu.cad.Design; found {number}"
         raise InputError(problem, file=file)
     return next(value for value in variables.values() if isinstance(value, Design))

@@ -87,17 +87,17 @@ def step_design(file: Path, tables: Tables, settings: ExportSettings) -> DesignS
 
 def _materials(assembly: Assembly, tables: Tables) -> dict[str, Material]:
     """Return the materials of parts, by path."""
-    found = {} if tables.density is None else {ROOT: Material(tables.density)}
+    materials = {} if tables.density is None else {ROOT: Material(tables.density)}
     for row in () if tables.materials is None else read_materials(tables.materials):
         path = _path(row.part, assembly)
         if row.density is not None:
-            found[path] = Material(row.density, row.material)
+            materials[path] = Material(row.density, row.material)
             continue
         volume = assembly.volume(path)
         if not volume > 0.0:
             raise row.part.error(f"part {path!r} has no volume, so it cannot have a mass")
-        found[path] = Material((row.mass or 0.0) / volume, row.material)
-    return found
+        materials[path] = Material((row.mass or 0.0) / volume, row.material)
+    return materials
 
 
 def _path(cell: Cell, assembly: Assembly) -> str:

@@ -79,8 +79,8 @@ class _PartReader:
             raise InputError(
                 f"its assemblies are nested more than {_MAX_DEPTH} levels deep", file=self._file
             )
-        found = _labels(lambda into: self._shapes.GetComponents_s(label, into))
-        return tuple(self.part(component, depth + 1) for component in found)
+        components = _labels(lambda into: self._shapes.GetComponents_s(label, into))
+        return tuple(self.part(component, depth + 1) for component in components)
 
     def part(self, label: Any, depth: int) -> Part:
         """Return an instance of a component."""

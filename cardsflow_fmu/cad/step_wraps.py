@@ -96,14 +96,14 @@ def wrap_surfaces(
     Raises:
         InputError: A part, face or muscle does not exist; the message states the line.
     """
-    found: dict[str, SurfaceSnapshot] = {}
+    by_name: dict[str, SurfaceSnapshot] = {}
     for row in rows:
         if row.muscle.text not in muscles:
             raise row.muscle.error(unknown("muscle", row.muscle.text, list(muscles)))
-        surface = found.get(row.name.text) or _surface(row, assembly)
+        surface = by_name.get(row.name.text) or _surface(row, assembly)
         use = surface.use or SurfaceUse(row.name.text)
-        found[row.name.text] = replace(surface, use=replace(use, muscles=(*use.muscles, row.use)))
-    return tuple(found.values())
+        by_name[row.name.text] = replace(surface, use=replace(use, muscles=(*use.muscles, row.use)))
+    return tuple(by_name.values())
 
 
 def _surface(row: WrapRow, assembly: Assembly) -> SurfaceSnapshot:

@@ -107,9 +107,9 @@ def _activations(options: argparse.Namespace) -> int:
         output_file(options.html, [".html"], overwrite=options.overwrite)
     reading = read(options.robot, options.cable_set)
     with show_progress("activations"):
-        recorded, found = _compute(options, reading)
-        columns = motion_columns(recorded, found)
-    contents, summary = activation_files(found), activation_summary(found)
+        recorded, activations = _compute(options, reading)
+        columns = motion_columns(recorded, activations)
+    contents, summary = activation_files(activations), activation_summary(activations)
     contents[_TABLE] = csv_text(list(columns), np.stack(list(columns.values()), axis=1))
     if not options.overwrite:
         _require_own_files(options.output, contents)
@@ -194,6 +194,6 @@ def _require_own_files(folder: Path, contents: Mapping[str, str]) -> None:
     for name, text in contents.items():
         file, title = folder / name, text.partition("\n")[0]
         with contextlib.suppress(FileNotFoundError, NotADirectoryError), file.open("rb") as stream:
-            found = stream.readline(100).strip()
-            if not (is_own if name == _TABLE else found == title.encode()):
+            first_line = stream.readline(100).strip()
+            if not (is_own if name == _TABLE else first_line == title.encode()):
                 raise InputError(NOT_OWN, file=file)

@@ -335,11 +335,11 @@ def _lines(totals: Mapping[str, Any], prefix: str = "") -> list[str]:
 
 def _failure(text: str) -> dict[str, Any]:
     """Return a failure as plain data, from KIND:NAME[=VALUE]@TIME."""
-    found = re.fullmatch(r"([^:]+):([^=@]+)(?:=([^@]+))?@([^@]+)", text)
-    if found is None:
+    match = re.fullmatch(r"([^:]+):([^=@]+)(?:=([^@]+))?@([^@]+)", text)
+    if match is None:
         problem = f"must be KIND:NAME[=VALUE]@TIME, such as broken:motor3@2.0, not {text!r}"
         raise InputError(problem, key="--fault")
-    kind, part, value, time_ = found.groups()
+    kind, part, value, time_ = match.groups()
     data: dict[str, Any] = {"kind": kind, "part": part}
     try:
         data["time"] = float(time_)

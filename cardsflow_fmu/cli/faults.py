@@ -48,18 +48,18 @@ def _faults(options: argparse.Namespace) -> int:
     experiment = load_experiment(options)
     target = options.output and figure_file(options.output, overwrite=options.overwrite)
     with show_progress("faults") as progress:
-        found = failures(experiment, 2 if options.double else 1, progress)
+        results = failures(experiment, 2 if options.double else 1, progress)
         reactions = worst_reactions(experiment) if experiment.robot.muscles else {}
     if target:
-        write_figure(target, failure_figure(found))
+        write_figure(target, failure_figure(results))
     if options.json:
         rows = [
             {**failure.as_dict(), "reaction": reactions.get(" and ".join(failure.actuators))}
-            for failure in found
+            for failure in results
         ]
         print(json_text({"failures": rows}, indent=1))
     else:
-        print(describe_failures(found, reactions))
+        print(describe_failures(results, reactions))
         if target:
             print(f"\nfigure  {target}")
-    return GOOD if found[0].is_survived else FAILED
+    return GOOD if results[0].is_survived else FAILED

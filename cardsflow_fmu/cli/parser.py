@@ -38,10 +38,10 @@ class Parser(argparse.ArgumentParser):
         """Parse words; an unknown word is an error with the usage of this command."""
         words = list(sys.argv[1:] if args is None else args)
         self._check_options(words)
-        found, unknown = super().parse_known_args(words, namespace)
+        parsed, unknown = super().parse_known_args(words, namespace)
         if unknown:
             self.error(f"unexpected argument {unknown[0]!r}")
-        return found, unknown
+        return parsed, unknown
 
     def error(self, message: str) -> NoReturn:
         """Print the usage and a message; exit with 2."""

@@ -105,9 +105,9 @@ def _run(options: argparse.Namespace) -> int:
         require_connectable(experiment)  # fails before the FMUs are built
     for warning in experiment.warnings():
         print_warning(warning)
-    if found := plausibility_findings(experiment):
+    if findings := plausibility_findings(experiment):
         require_openable(experiment)  # an error is reported without warnings before it
-        print_findings(found, rest="cardsflow check")
+        print_findings(findings, rest="cardsflow check")
     _print_observability(experiment)
     try:
         with live_watch(experiment, options) as (watch, replay):
@@ -135,10 +135,10 @@ def _print_observability(experiment: Experiment) -> None:
         return
     from cardsflow_fmu.results.analysis import observable
 
-    found = observable.observed_poses(experiment)
-    for line in observable.observability_warnings(found):
+    poses = observable.observed_poses(experiment)
+    for line in observable.observability_warnings(poses):
         print_warning(line)
-    for line in observable.observability_notes(found):
+    for line in observable.observability_notes(poses):
         print_note(f"note: {line}")
 
 

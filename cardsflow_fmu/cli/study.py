@@ -173,7 +173,7 @@ def _optimise(options: argparse.Namespace) -> int:
     return GOOD if solution.status == "optimal" and not motion.warnings else FAILED
 
 
-def _write_robot(options: argparse.Namespace, found: Mapping[str, Any], motion: Path) -> Path:
+def _write_robot(options: argparse.Namespace, parameters: Mapping[str, Any], motion: Path) -> Path:
     """Write the robot with found parameters, and an experiment in which it follows the motion."""
     from cardsflow_fmu.experiment.experiment import Experiment
     from cardsflow_fmu.simulation.optimal.files import robot_folder
@@ -181,7 +181,7 @@ def _write_robot(options: argparse.Namespace, found: Mapping[str, Any], motion: 
 
     folder = robot_folder(motion)
     reference = {"type": "optimised", "file": str(motion.resolve())}
-    settings = {**parse_settings(options.set), **found, "reference": reference}
+    settings = {**parse_settings(options.set), **parameters, "reference": reference}
     for note in write_best(Experiment.load(options.experiment, settings), folder):
         is_lost = note.startswith(("sdf: not written", EXPERIMENT))
         (print_warning if is_lost else print_note)(note)

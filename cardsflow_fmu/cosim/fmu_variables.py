@@ -126,11 +126,11 @@ def _elements(folder: Path) -> dict[str, list[dict[str, str]]]:
         arrays = dict(json.loads(file.read_text("utf-8")))
         return {name: _element_texts(rows) for name, rows in arrays.items()}
     root = ET.parse(folder / "modelDescription.xml").getroot()  # FMPy has already checked it
-    found = {}
+    elements = {}
     for variable in root.iterfind("ModelVariables/*"):
         for annotation in variable.iterfind(f"Annotations/Annotation[@type='{ELEMENTS}']"):
-            found[variable.get("name", "")] = _element_texts(json.loads(annotation.text or "[]"))
-    return found
+            elements[variable.get("name", "")] = _element_texts(json.loads(annotation.text or "[]"))
+    return elements
 
 
 def _element_texts(rows: Any) -> list[dict[str, str]]:

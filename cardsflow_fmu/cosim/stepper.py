@@ -183,8 +183,8 @@ class Stepper:
 
 
 def _c_step(participant: Participant) -> CStep | None:
-    found: CStep | None = getattr(participant, "c_step", None)
-    return found
+    step: CStep | None = getattr(participant, "c_step", None)
+    return step
 
 
 def _copies(turn: Turn) -> list[tuple[bool, Copy]]:

@@ -122,8 +122,8 @@ def _add_equal_names(
         if len(sources) == 1:
             by_target[target] = sources[0]
         else:
-            found = f"outputs with this name: {', '.join(sources)}" if sources else ""
-            gaps.append(f"{target} ({found or 'no output has this name'})")
+            candidates = f"outputs with this name: {', '.join(sources)}" if sources else ""
+            gaps.append(f"{target} ({candidates or 'no output has this name'})")
     if gaps:
         fmu, _, name = gaps[0].partition(" ")[0].partition(".")
         raise InputError(

@@ -214,8 +214,8 @@ class Experiment:
         meshes = [line for one in robots for line in omitted_meshes(one.robot, one.folder, roots)]
         cables = [] if self.hardware.use else not_simulated(self.robot)
         world = [finding.located for finding in self.world_findings]
-        found = (self._gain_warning(), self._friction_warning(), key, *cables, *meshes, *world)
-        return [warning for warning in found if warning is not None]
+        lines = (self._gain_warning(), self._friction_warning(), key, *cables, *meshes, *world)
+        return [warning for warning in lines if warning is not None]
 
     @property
     def folder(self) -> Path:

@@ -72,15 +72,15 @@ def read_joint_states(path: Path, joints: Sequence[str] = ()) -> JointStates:
             is missing.
     """
     files = [path] if path.is_file() else _recording_files(path)
-    found: dict[tuple[str, tuple[str, ...]], _Publisher] = defaultdict(_Publisher)
+    by_topic: dict[tuple[str, tuple[str, ...]], _Publisher] = defaultdict(_Publisher)
     require_ros()
     budget, store = Budget(), type_store()
     for file in files:
         try:
             for message in messages(file, budget):
                 state = JointState.from_message(store.deserialize_cdr(message.content, TYPE))
-                found[message.topic, state.names].add(message.time_ns, state)
-                if len(found) > _MAX_PUBLISHERS:
+                by_topic[message.topic, state.names].add(message.time_ns, state)
+                if len(by_topic) > _MAX_PUBLISHERS:
                     raise InputError(f"has more than {_MAX_PUBLISHERS} sets of joints")
         except InputError as error:
             error.file = error.file or file
@@ -88,14 +88,14 @@ def read_joint_states(path: Path, joints: Sequence[str] = ()) -> JointStates:
         except Exception as error:  # damaged files raise errors of any type
             problem = " ".join(str(error).split()) or type(error).__name__
             raise InputError(f"is damaged: {problem}"[:300], file=file) from None
-    topics = sorted({topic for topic, _ in found})
+    topics = sorted({topic for topic, _ in by_topic})
     if not topics:
         raise InputError(f"has no messages {TYPE}", file=path)
     if TOPIC not in topics and len(topics) > 1:
         problem = f"has joint states in {', '.join(topics)}, but not in {TOPIC}"
         raise InputError(problem, file=path)
     topic_used = TOPIC if TOPIC in topics else topics[0]
-    publishers = {names: rows for (topic, names), rows in found.items() if topic == topic_used}
+    publishers = {names: rows for (topic, names), rows in by_topic.items() if topic == topic_used}
     named = (names for names in publishers if names and set(joints) <= set(names))
     names = next(named, next(iter(publishers)))
     return publishers[names].states(names, path)

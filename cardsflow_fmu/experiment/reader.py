@@ -95,12 +95,12 @@ def read_packed_experiment(file: Path) -> dict[str, Any]:
     """
     data = read_settings(file)
     require_archive_paths(data, file)
-    found = experiment_settings(data, file)
-    for files in (found["robot_files"], *(part.files for part in found.get("parts", ()))):
+    settings = experiment_settings(data, file)
+    for files in (settings["robot_files"], *(part.files for part in settings.get("parts", ()))):
         require_archive_files(files, file.parent)
-    robot: Robot = found["robot"]
+    robot: Robot = settings["robot"]
     muscles = [robot.muscles[k].name for k in measured_muscles(robot)]
-    return {**found, "look_ahead": read_look_ahead(file.with_name(LOOK_AHEAD_FILE), muscles)}
+    return {**settings, "look_ahead": read_look_ahead(file.with_name(LOOK_AHEAD_FILE), muscles)}
 
 
 def _require_experiment(path: Path, file: Path) -> None:

@@ -296,13 +296,13 @@ def _shorten(names: Sequence[str], most: int = 12) -> str:
 
 def _rows(columns: Columns, letter: str, names: Sequence[str], *, bare: bool) -> FloatArray | None:
     """Return the columns of all names, shape (m, n); None if no column exists."""
-    found = [columns.get(f"{letter}.{n}", columns.get(n) if bare else None) for n in names]
-    if all(column is None for column in found):
+    selected = [columns.get(f"{letter}.{n}", columns.get(n) if bare else None) for n in names]
+    if all(column is None for column in selected):
         return None
-    for column, name in zip(found, names, strict=True):
+    for column, name in zip(selected, names, strict=True):
         if column is None:
             raise InputError(f"has no column {letter}.{name}, but columns of other coordinates")
-    rows = np.stack([column for column in found if column is not None], axis=1)
+    rows = np.stack([column for column in selected if column is not None], axis=1)
     if not np.isfinite(rows).all():
         k, j = (int(i) for i in np.argwhere(~np.isfinite(rows))[0])
         raise InputError(f"row {k + 1} of {letter}.{names[j]} is {rows[k, j]}")

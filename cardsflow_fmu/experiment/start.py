@@ -156,12 +156,12 @@ def read_controller_gains(
     else:
         require_packable(file, roots, key)
     with context.at(key):
-        found = read_feedback(file, robot, context.file)
+        feedback = read_feedback(file, robot, context.file)
         curve, first = reference.curve, None
         if reference.space == "joint" and isinstance(curve, Trajectory):
             first = np.array(curve.points[0].q)
-        require_same_motion(found, controller.period, first, reference.duration)
-    return controller.copy_with(gains=file), found
+        require_same_motion(feedback, controller.period, first, reference.duration)
+    return controller.copy_with(gains=file), feedback
 
 
 def _names(space: Space, context: Context) -> Names:
@@ -293,8 +293,8 @@ def _inverse_kinematics(
     from controllers.analysis.kinematics import inverse_kinematics
     from sim_dart import control_dynamics
 
-    found = inverse_kinematics(control_dynamics(robot), np.array(y), np.array(seed), **settings)
-    return tuple(found.q.tolist())
+    solution = inverse_kinematics(control_dynamics(robot), np.array(y), np.array(seed), **settings)
+    return tuple(solution.q.tolist())
 
 
 def _task_position(robot: Robot, q: tuple[float, ...]) -> tuple[float, ...]:

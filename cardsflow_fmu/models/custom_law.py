@@ -32,7 +32,7 @@ def import_custom_law(custom: CustomLaw, space: Space) -> Callable[..., Law]:
         InputError: The file cannot be imported, or the class is not a controller.
     """
     try:
-        found = load_class(custom.file, custom.name, CLASSES[space])
+        law = load_class(custom.file, custom.name, CLASSES[space])
     except WrongBaseClassError as error:
         other = next((s for s, base in CLASSES.items() if issubclass(error.found, base)), None)
         if other is None:
@@ -40,7 +40,7 @@ def import_custom_law(custom: CustomLaw, space: Space) -> Callable[..., Law]:
         advice = f'the class follows a {other} reference; set controller.space = "{other}"'
         raise InputError(f"{error.problem}; {advice}", file=custom.file) from None
 
-    class Checked(found):  # type: ignore[misc, valid-type]
+    class Checked(law):  # type: ignore[misc, valid-type]
         """Custom class with checked results."""
 
         def __init__(self, *arguments: Any, **named: Any) -> None:

@@ -166,16 +166,16 @@ class PythonParts:
     def _error(self, _: int, q: Any, position: Any, error: Any) -> None:
         law, r = self._law, self._r
         assert law is not None
-        found = self._catch(lambda: law.error(_array(q, self._n), _array(position, r)))
-        if found is not None:
-            _view(error, r)[:] = found
+        result = self._catch(lambda: law.error(_array(q, self._n), _array(position, r)))
+        if result is not None:
+            _view(error, r)[:] = result
 
     def _forces(self, _: int, commands: Any, inner: Any) -> None:
         lengths, rates, *_others = self._paths
         u = _array(commands, lengths.size)
-        found = self._catch(lambda: self._muscles.forces(u, lengths, rates))
-        if found is not None:
-            _view(inner, lengths.size)[:] = found
+        forces = self._catch(lambda: self._muscles.forces(u, lengths, rates))
+        if forces is not None:
+            _view(inner, lengths.size)[:] = forces
 
     def _reach(self, _: int) -> None:
         lengths, rates, low, high, _commands = self._paths

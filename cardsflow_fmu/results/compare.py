@@ -81,8 +81,8 @@ def compare_results(
         block_names = common[begin : begin + block]
         columns_a, columns_b = ([index[n] for n in block_names] for index in indices)
         pairs = ((a, rows_a, columns_a), (b, rows_b, columns_b))
-        found = _compare_rows(*pairs, atol, rtol)
-        for name, column in zip(block_names, found, strict=True):
+        block_columns = _compare_rows(*pairs, atol, rtol)
+        for name, column in zip(block_names, block_columns, strict=True):
             compared[name] = column | {"unit": a.units.get(name) or b.units.get(name) or ""}
     counts = [len(a.rows), len(b.rows)]
     same_rows = counts == [len(rows_a), len(rows_a)]
@@ -139,9 +139,9 @@ def _common_rows(a: FloatArray, b: FloatArray) -> tuple[Rows, Rows]:
         before = (after - 1).clip(0)
         nearest = np.where(np.abs(b[before] - times) < np.abs(b[after] - times), before, after)
         tolerance = _TIME_TOLERANCE * np.maximum(1.0, np.abs(times))
-        found = np.flatnonzero(np.abs(b[nearest] - times) <= tolerance)
-        rows.append(found + begin)
-        partners.append(nearest[found])
+        matches = np.flatnonzero(np.abs(b[nearest] - times) <= tolerance)
+        rows.append(matches + begin)
+        partners.append(nearest[matches])
     return np.concatenate(rows), np.concatenate(partners)
 
 

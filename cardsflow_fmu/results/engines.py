@@ -47,12 +47,12 @@ def _engines(experiment: Experiment, missing: Mapping[str, str], master: str) ->
 
     plant = select_engine(experiment.plant.engine, experiment.scene, experiment.plant_robot)
     controller = "dart" if experiment.controller.engine == "dart" else "core"
-    found = {"plant": str(plant), "controller": controller}
+    chosen = {"plant": str(plant), "controller": controller}
     if (experiment.run.compute, experiment.run.coupling) == ("c", "fmu"):
-        found |= dict.fromkeys(found.keys() - missing.keys(), "native")
+        chosen |= dict.fromkeys(chosen.keys() - missing.keys(), "native")
     if experiment.hardware.use:
-        found["plant"] = HARDWARE
-    return found | {role: fmu.file.name for role, fmu in experiment.fmus.items() if role in found}
+        chosen["plant"] = HARDWARE
+    return chosen | {role: fmu.file.name for role, fmu in experiment.fmus.items() if role in chosen}
 
 
 def python_reasons(experiment: Experiment) -> dict[str, str]:

@@ -139,8 +139,8 @@ def _recomputed_summary(result: ExperimentRunData) -> dict[str, Any]:
     recording = Recording(result.names, result.rows, result.units, ticks, np.empty(0), STARTED)
     summary = summarize(experiment, recording, Speed(0.0, 0.0))
     counts = ("infeasible_ticks", "not_converged_ticks", "fallback_ticks", "ticks")
-    found = ("tracking", "forces", *counts, "slack", "contact_friction", "warnings")
-    return {key: summary[key] for key in found if key in summary}
+    recomputed = ("tracking", "forces", *counts, "slack", "contact_friction", "warnings")
+    return {key: summary[key] for key in recomputed if key in summary}
 
 
 def read_results(path: Path) -> RunData:
@@ -159,9 +159,9 @@ def read_results(path: Path) -> RunData:
     folder = _folder(path)
     units, summary = read_units(folder / UNITS), read_summary(folder / SUMMARY)
     complete = summary.get("status") != "incomplete"
-    found = next((name for name in _TABLES if (folder / name).is_file()), TABLE)
-    table = folder / found
-    if found == NPY:
+    file_name = next((name for name in _TABLES if (folder / name).is_file()), TABLE)
+    table = folder / file_name
+    if file_name == NPY:
         names, rows = tuple(units), read_npy(table, len(units))
         require_table(names, rows, table)
     else:

@@ -98,17 +98,17 @@ def _lost_estimate(summary: Mapping[str, Any]) -> list[str]:
 
 def _changed_offsets(summary: Mapping[str, Any]) -> list[str]:
     """Report length offsets that have drifted."""
-    found = sorted(
+    changed = sorted(
         changed_offsets(summary).items(), key=lambda pair: -abs(pair[1]["end"] - pair[1]["start"])
     )
-    if not found:
+    if not changed:
         return []
     rows = [
         f"{name} by {1e3 * (row['end'] - row['start']):.3g} mm (sd {1e3 * row['sd']:.2g} mm)"
-        for name, row in found[:_MAX_NAMES]
+        for name, row in changed[:_MAX_NAMES]
     ]
-    if len(found) > _MAX_NAMES:
-        rows.append(f"less at {len(found) - _MAX_NAMES} more")
+    if len(changed) > _MAX_NAMES:
+        rows.append(f"less at {len(changed) - _MAX_NAMES} more")
     return [
         f"length offsets have changed: {', '.join(rows)}; to use them, copy {UPDATED_CALIBRATION} "
         f"to the robot's folder as {CALIBRATION_FILE} and set estimator.offset = 'calibrated'"
@@ -146,15 +146,15 @@ def _not_converged(summary: Mapping[str, Any]) -> list[str]:
 
 def _fallbacks(summary: Mapping[str, Any]) -> list[str]:
     count, ticks = summary.get("fallback_ticks"), summary.get("ticks")
-    late, found = summary.get("late_ticks") or 0, []
+    late, lines = summary.get("late_ticks") or 0, []
     if late:
         reason = "set controller.deadline higher or controller.nodes lower"
-        found.append(f"{late} of {ticks} ticks reached controller.deadline; {reason}")
+        lines.append(f"{late} of {ticks} ticks reached controller.deadline; {reason}")
     if count:
         reason = "mpc found no motion, so the computed torque determined the forces"
         advice = "" if late else "; set controller.iterations higher or controller.horizon lower"
-        found.append(f"{count} of {ticks} ticks with the fallback: {reason}{advice}")
-    return found
+        lines.append(f"{count} of {ticks} ticks with the fallback: {reason}{advice}")
+    return lines
 
 
 def _contact_errors(summary: Mapping[str, Any]) -> list[str]:

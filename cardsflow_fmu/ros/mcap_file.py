@@ -73,15 +73,15 @@ class McapWriter:
 
     def write(self, batches: Iterable[Batch]) -> None:
         """Write messages, ordered by time."""
-        found = list(batches)
-        if not found:
+        filled = list(batches)
+        if not filled:
             return
-        times = np.concatenate([batch.time_ns for batch in found])
-        owners = np.repeat(np.arange(len(found)), [len(batch.time_ns) for batch in found])
+        times = np.concatenate([batch.time_ns for batch in filled])
+        owners = np.repeat(np.arange(len(filled)), [len(batch.time_ns) for batch in filled])
         order = np.argsort(times, kind="stable")
-        channels = [self._channels[batch.topic] for batch in found]
-        numbers = [self._numbers[batch.topic] for batch in found]
-        contents = [_contents(message_rows(self._store, batch)) for batch in found]
+        channels = [self._channels[batch.topic] for batch in filled]
+        numbers = [self._numbers[batch.topic] for batch in filled]
+        contents = [_contents(message_rows(self._store, batch)) for batch in filled]
         add = self._writer.add_message
         for k, time_ns in zip(owners[order].tolist(), times[order].tolist(), strict=True):
             at = max(0, time_ns)  # times in an MCAP file are unsigned

@@ -110,12 +110,12 @@ class RosNode:
         """Return the message types of the publishers or subscribers of a topic in other nodes."""
         name = self._address.absolute(topic.name)
         if end == "publisher":
-            found = self._node.get_publishers_info_by_topic(name)
+            infos = self._node.get_publishers_info_by_topic(name)
             endpoints = [p for p in self._node.publishers if p.topic_name == name]
         else:
-            found = self._node.get_subscriptions_info_by_topic(name)
+            infos = self._node.get_subscriptions_info_by_topic(name)
             endpoints = [s for s in self._node.subscriptions if s.topic_name == name]
-        types = [info.topic_type for info in found]
+        types = [info.topic_type for info in infos]
         for _ in endpoints:
             if topic.type in types:
                 types.remove(topic.type)
@@ -194,8 +194,8 @@ class RosInbox:
             return None
         now = time.monotonic()
         if now - self._graph_time >= _GRAPH_PERIOD:
-            found = self._node.get_publishers_info_by_topic(self._subscription.topic_name)
-            self._publisher = tuple(found[0].endpoint_gid) if len(found) == 1 else None
+            infos = self._node.get_publishers_info_by_topic(self._subscription.topic_name)
+            self._publisher = tuple(infos[0].endpoint_gid) if len(infos) == 1 else None
             self._graph_time = now
         return self._publisher
 
@@ -272,8 +272,8 @@ def _fill(message: Any, values: Values) -> None:
 def _elements(kind: type[Any]) -> dict[str, type[Any]]:
     """Return the message types of the elements of sequences in a message, by field."""
     fields = kind.get_fields_and_field_types().items()
-    found = {field: _SEQUENCE.match(of) for field, of in fields}
-    return {f: _message_class(f"{of[1]}/msg/{of[2]}") for f, of in found.items() if of is not None}
+    types = {field: _SEQUENCE.match(of) for field, of in fields}
+    return {f: _message_class(f"{of[1]}/msg/{of[2]}") for f, of in types.items() if of is not None}
 
 
 def _new_message(kind: type[Any], values: Values | NDArray[np.float64]) -> Any:

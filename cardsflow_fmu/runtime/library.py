@@ -79,13 +79,13 @@ def this_platform() -> Platform:
         InputError: FMI has no name for it.
     """
     machine, system = platform.machine(), sys.platform
-    found = PLATFORMS.get(f"{_MACHINES.get(machine.lower())}-{_SYSTEMS.get(system)}")
-    if found is None:
+    entry = PLATFORMS.get(f"{_MACHINES.get(machine.lower())}-{_SYSTEMS.get(system)}")
+    if entry is None:
         raise InputError(
             f"FMUs run on Linux, Windows and macOS, on x86_64 and aarch64, "
             f"not on {system} on {machine}"
         )
-    return found
+    return entry
 
 
 def library_path(*, native: bool = False) -> Path:

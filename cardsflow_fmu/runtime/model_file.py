@@ -95,9 +95,9 @@ def load_class(path: str, folder: Path) -> type[FmuModel]:
     module_name, _, name = path.partition(":")
     try:
         module = import_module(module_name, folder)
-        found = functools.reduce(getattr, name.split("."), module)
+        loaded = functools.reduce(getattr, name.split("."), module)
     except (ImportError, AttributeError, ValueError) as error:
         raise InputError(f"the model class {path} cannot be imported: {error}") from error
-    if not (isinstance(found, type) and issubclass(found, FmuModel)):
+    if not (isinstance(loaded, type) and issubclass(loaded, FmuModel)):
         raise InputError(f"{path} is not an FmuModel")
-    return found
+    return loaded

@@ -93,19 +93,19 @@ def excite(
     """
     work = _Work(progress)
     with create_new_folder(folder, "excitation"):
-        found, findings = read_movable(robot, cable_set, folder)
-        search = DraftSearch(found, Path(robot), cable_set)
+        movable, findings = read_movable(robot, cable_set, folder)
+        search = DraftSearch(movable, Path(robot), cable_set)
         first, _ = search.find_best()
         if first.locked:
             name, (_, why) = next(iter(first.locked.items()))
             raise InputError(
-                f"robot {found.name!r} cannot move {name} ({why}); parameters of a joint without "
+                f"robot {movable.name!r} cannot move {name} ({why}); parameters of a joint without "
                 "motion are unidentifiable; make it a fixed joint",
                 file=robot,
             )
         start = np.array(first.motion.points[0].q)
         designed = excitations(
-            _with_force_limits(found, first),
+            _with_force_limits(movable, first),
             start,
             parameters or DEFAULT_PARAMETERS,
             duration,
@@ -122,8 +122,8 @@ def excite(
         written = replace(draft, file=MOTION)
         path = path_from(folder, Path(robot))
         contents = {
-            EXPERIMENT_TOML: experiment_text(found, path, written, cable_set),
-            MOTION: _table(found, design),
+            EXPERIMENT_TOML: experiment_text(movable, path, written, cable_set),
+            MOTION: _table(movable, design),
             REPORT: text + "\n",
         }
         return ExcitationFiles(write_files(folder, contents), text, findings)

@@ -60,23 +60,23 @@ def _tables(experiment: Experiment) -> dict[str, Any]:
 def _inner(value: Any, part: str, experiment: Experiment) -> Any:
     """Return the element of a value for one part of a path, or None."""
     name, index = split_index(part)
-    found: Any
+    element: Any
     if dataclasses.is_dataclass(value):
-        found = getattr(value, ALIASES.get(name, name), None)
+        element = getattr(value, ALIASES.get(name, name), None)
     elif is_parameters(value):
-        found = dict(value).get(name)
+        element = dict(value).get(name)
     elif isinstance(value, dict):
         if part in value:
             return value[part]
-        found = value.get(name)
+        element = value.get(name)
     elif isinstance(value, list | tuple):
         return next((v for names, v in _by_name(value, experiment) if names == part), None)
     else:
         return None
     if index is None:
-        return found
-    fits = isinstance(found, list | tuple) and index < len(found)
-    return found[index] if fits else None
+        return element
+    fits = isinstance(element, list | tuple) and index < len(element)
+    return element[index] if fits else None
 
 
 def _by_name(row: Sequence[Any], experiment: Experiment) -> Iterator[tuple[str, Any]]:

@@ -81,11 +81,11 @@ def init(
         raise InputError("must have the suffix .toml", file=file, key="-o")
     if not overwrite:
         _require_new(file)
-    found, findings = read_movable(robot, cable_set, file.parent)
+    movable, findings = read_movable(robot, cable_set, file.parent)
     path = path_from(file.parent, Path(robot))
-    first = find_experiment(found, Path(robot), path, cable_set)
-    dynamics = control_dynamics(found, may_be_singular=True)
-    findings += tuple(sign_changes(found, dynamics, initial_pose(found)))
+    first = find_experiment(movable, Path(robot), path, cable_set)
+    dynamics = control_dynamics(movable, may_be_singular=True)
+    findings += tuple(sign_changes(movable, dynamics, initial_pose(movable)))
     if overwrite:
         write_files(file.parent, {file.name: first.text})
     else:
@@ -127,14 +127,14 @@ def read_movable(
         RobotError: The robot is invalid.
     """
     reading = read(robot, cable_set)
-    found = reading.require()
+    movable = reading.require()
     try:
-        require_movable(found, reading)
+        require_movable(movable, reading)
     except InputError as error:
         error.file = Path(robot)
         raise
     _require_inside(reading.files, folder)
-    return found, tuple(f for f in reading.findings if f.code not in _NOTED)
+    return movable, tuple(f for f in reading.findings if f.code not in _NOTED)
 
 
 def _require_inside(files: Sequence[Path], folder: Path) -> None:

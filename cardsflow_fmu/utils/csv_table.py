@@ -69,8 +69,8 @@ def read_csv(
     if not rows.size:
         rows = rows.reshape(0, len(names))
     if rows.shape[1] != len(names):
-        found = f"the first line has {len(names)} names, but the rows have {rows.shape[1]} numbers"
-        raise InputError(f"is not a {kind}: {found}", file=file)
+        fault = f"the first line has {len(names)} names, but the rows have {rows.shape[1]} numbers"
+        raise InputError(f"is not a {kind}: {fault}", file=file)
     require_table(names, rows, file, kind=kind)
     return names, rows
 
@@ -127,9 +127,9 @@ def require_table(
     Raises:
         InputError: The table is invalid.
     """
-    found = _fault(names, rows)
-    if found is not None:
-        raise InputError(f"is not a {kind}: {found}" if any(names) else found, file=file)
+    problem = _fault(names, rows)
+    if problem is not None:
+        raise InputError(f"is not a {kind}: {problem}" if any(names) else problem, file=file)
 
 
 def _fault(names: Sequence[str], rows: FloatArray) -> str | None:

@@ -59,8 +59,8 @@ def read_opensim_table(file: Path) -> OpenSimTable:
     names = tuple(name.strip() for name in names)
     rows = rows if rows.size else rows.reshape(0, len(names))
     if rows.shape[1] != len(names):
-        found = f"line {line + 1} has {len(names)} names, but the rows have {rows.shape[1]} numbers"
-        raise InputError(f"is not a {_KIND}: {found}", file=file)
+        fault = f"line {line + 1} has {len(names)} names, but the rows have {rows.shape[1]} numbers"
+        raise InputError(f"is not a {_KIND}: {fault}", file=file)
     require_table(names, rows, file, kind=_KIND)
     return OpenSimTable(names, rows, in_degrees)
 
@@ -92,15 +92,15 @@ def joint_columns(table: OpenSimTable, lengths: Sequence[str] = ()) -> dict[str,
         table: Table of positions by coordinate name, or of states by their paths in the model.
         lengths: Names of coordinates in [m], which are not converted from degrees.
     """
-    found = {}
+    columns = {}
     for name, column in zip(table.names, table.rows.T, strict=True):
         state = _STATE.fullmatch(name)
         label = name if state is None else state["coordinate"]
         prefix = "qd" if state is not None and state["kind"] == "speed" else "q"
         is_angle = label != "time" and label not in lengths
         factor = np.pi / 180.0 if table.in_degrees and is_angle else 1.0
-        found[label if label == "time" else f"{prefix}.{label}"] = column * factor
-    return found
+        columns[label if label == "time" else f"{prefix}.{label}"] = column * factor
+    return columns
 
 
 def opensim_text(title: str, names: Sequence[str], rows: FloatArray) -> str:

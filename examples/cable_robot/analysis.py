@@ -34,18 +34,18 @@ dynamics, paths = control_dynamics(robot), MusclePaths(robot)
 def draw(file: Path) -> None:
     """The upright section through the middle: where the loads are held, and what is to spare."""
     poses = joint_grid([-1.5, 0, 0.2, 0, 0, 0], [1.5, 0, 2.3, 0, 0, 0], [31, 1, 22, 1, 1, 1])
-    found = workspace(
+    section = workspace(
         dynamics,
         poses,
         conditions=["wrench_closure", "static", "wrench_feasible"],
         metrics=["capacity_margin"],
         loads=LOADS,
     )
-    for name in found.conditions:
-        print(f"{name:16} {100 * found.share(name):5.1f} % of the section")
+    for name in section.conditions:
+        print(f"{name:16} {100 * section.share(name):5.1f} % of the section")
     x, z = poses[:, 0, 0, 0, 0, 0, 0], poses[0, 0, :, 0, 0, 0, 2]
-    holds = found.conditions["wrench_feasible"].reshape(len(x), len(z))
-    margin = found.metrics["capacity_margin"].reshape(len(x), len(z))
+    holds = section.conditions["wrench_feasible"].reshape(len(x), len(z))
+    margin = section.metrics["capacity_margin"].reshape(len(x), len(z))
     figure = Figure(figsize=(7, 4.5), layout="constrained")
     axes = figure.subplots()
     drawn = axes.pcolormesh(x, z, np.where(holds, margin, np.nan).T, cmap="viridis")
@@ -64,11 +64,11 @@ def compare(q: np.ndarray, load: np.ndarray) -> None:
     print(f"\nat {q[:3]} m, against {load}")
     print(f"{'':36} least [N]  largest [N]  sum [N]  least stiffness [N/m]")
     for method, norm in NORMS.items():
-        found = distribute(L, tau, dynamics.f_min, dynamics.f_max, method)
-        if not found.solved:
-            print(f"  {norm:34} {found.status}")
+        distribution = distribute(L, tau, dynamics.f_min, dynamics.f_max, method)
+        if not distribution.solved:
+            print(f"  {norm:34} {distribution.status}")
             continue
-        f = found.forces
+        f = distribution.forces
         K = stiffness(dynamics, q, f, muscle_stiffness=CABLE / (lengths + BEHIND)).total
         least = np.linalg.eigvalsh(K[:3, :3])[0]
         print(f"  {norm:34} {f.min():9.1f} {f.max():12.1f} {f.sum():8.1f} {least:22.0f}")

@@ -47,14 +47,14 @@ def place(pose: Pose) -> Transform:
 
 def poses(robot: Robot) -> dict[str, Transform]:
     """T_world_link of every link, at the initial pose of a robot whose joints all turn."""
-    found = {WORLD: IDENTITY}
+    T_world = {WORLD: IDENTITY}
     for joint in robot.joints:
-        T = found[joint.parent].compose(place(joint.T_parent_joint))
+        T = T_world[joint.parent].compose(place(joint.T_parent_joint))
         for motion in joint.motions:
             turn = axis_rotation(motion.axis, joint.coordinates[motion.coordinate].initial)
             T = T.compose(Transform(turn, IDENTITY.p))
-        found[joint.child] = T.compose(place(joint.T_child_joint).inverse())
-    return found
+        T_world[joint.child] = T.compose(place(joint.T_child_joint).inverse())
+    return T_world
 
 
 def mass(inertia: Inertia, T: Transform) -> MassSnapshot:

@@ -49,11 +49,11 @@ def print_note(text: str, prefix: str = "cardsflow: ") -> None:
 
 def print_coloured(line: str, stream: Any = None) -> None:
     """Print a line; its severity, such as `warning:`, is coloured on a terminal."""
-    found = _SEVERITY.search(line)
+    match = _SEVERITY.search(line)
     pieces = [(line, "")]
-    if found:
-        colour = _COLOURS[found[0].rstrip(":")]
-        pieces = [(line[: found.start()], ""), (found[0], colour), (line[found.end() :], "")]
+    if match:
+        colour = _COLOURS[match[0].rstrip(":")]
+        pieces = [(line[: match.start()], ""), (match[0], colour), (line[match.end() :], "")]
     _write(stream or sys.stdout, [*pieces, ("\n", "")])
 
 

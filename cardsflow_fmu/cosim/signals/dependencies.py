@@ -147,12 +147,12 @@ def sampled_dependencies(
         at_start: Group of parameters that each group of outputs equals at the start.
     """
     inputs = frozenset(port.name for port in all_ports(groups) if port.causality == "input")
-    names, found = _names(groups), _no_dependencies(groups)
-    begin = dict(found)
+    names, direct = _names(groups), _no_dependencies(groups)
+    begin = dict(direct)
     for output, start in at_start.items():
         pairs = zip(names[output], names[start], strict=True)
         begin |= {name: frozenset([parameter]) for name, parameter in pairs}
-    return Dependencies(found if delayed else dict.fromkeys(found, inputs), begin)
+    return Dependencies(direct if delayed else dict.fromkeys(direct, inputs), begin)
 
 
 def hardware_dependencies(groups: Groups) -> Dependencies:
@@ -190,11 +190,11 @@ def _coordinates_above(robot: Robot) -> dict[str, frozenset[int]]:
 
 def _moved_by(robot: Robot) -> dict[str, frozenset[int]]:
     """Return the indices of the coordinates q that each coordinate depends on, by its name."""
-    found = {c.name: frozenset[int]() for c in robot.all_coordinates}
-    found |= {c.name: frozenset([k]) for k, c in enumerate(robot.coordinates)}
+    indices = {c.name: frozenset[int]() for c in robot.all_coordinates}
+    indices |= {c.name: frozenset([k]) for k, c in enumerate(robot.coordinates)}
     for c in followers(robot):
-        found[c.name] = frozenset[int]().union(*(found[term.coordinate] for term in c.coupling))
-    return found
+        indices[c.name] = frozenset[int]().union(*(indices[term.coordinate] for term in c.coupling))
+    return indices
 
 
 def _path_coordinates(
@@ -267,10 +267,10 @@ def _inverse_law_dependencies(robot: Robot, names: Mapping[str, Sequence[str]]) 
     above = _coordinates_above(robot)
     kinds = [k for k, muscle in enumerate(robot.muscles) for _ in states_of(muscle.model)]
     owner = dict(zip(names["states"], (kinds[i] for i in state_order(robot)), strict=True))
-    found = {}
+    dependencies = {}
     for name, k in zip(names["commands"], driven_muscles(robot), strict=True):
         muscle = robot.muscles[k]
         crossed = _law_coordinates(muscle, _path_coordinates(muscle, robot, above), above)
         states = frozenset(state for state, index in owner.items() if index == k)
-        found[name] = _select(names["q"], crossed) | _select(names["qd"], crossed) | states
-    return found
+        dependencies[name] = _select(names["q"], crossed) | _select(names["qd"], crossed) | states
+    return dependencies

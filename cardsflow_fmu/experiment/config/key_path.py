@@ -106,7 +106,7 @@ def expand_names(
     Raises:
         InputError: A name does not exist, or no name matches a pattern.
     """
-    found: list[tuple[str, str, T]] = []
+    rows: list[tuple[str, str, T]] = []
     for name in sorted(tables, key=lambda name: name in names):
         matching = [name] if name in names else []
         at = f"{key}.{name}"
@@ -116,8 +116,8 @@ def expand_names(
                 raise InputError(f"no {kind} matches; known: {', '.join(names)}", key=at)
         if not matching:
             raise UnknownNameError(kind, name, names, key=at)
-        found += [(at, each, tables[name]) for each in matching]
-    return found
+        rows += [(at, each, tables[name]) for each in matching]
+    return rows
 
 
 def set_value(data: dict[str, Any], key: str, value: Any, file: Path) -> None:

@@ -35,12 +35,12 @@ def settings_error(
     error: ValidationError, model: type[BaseModel], file: Path | None = None, key: str = ""
 ) -> InputError:
     """Convert a pydantic error to an error that lists all errors of a table, unknown keys first."""
-    found = [
+    errors = [
         (each["type"] != "extra_forbidden", one)
         for each in _drop_consequential_errors(error.errors(include_url=False))
         for one in _convert_error(each, model)
     ]
-    first, *others = [one for _, one in sorted(found, key=lambda pair: pair[0])]
+    first, *others = [one for _, one in sorted(errors, key=lambda pair: pair[0])]
     for one in (first, *others):
         one.file = file
         one.key = join_keys(key, one.key)
@@ -50,13 +50,13 @@ def settings_error(
 
 def element_errors(error: ValidationError, keys: Sequence[str]) -> SettingError:
     """Convert a pydantic error of list elements; given keys replace the indices."""
-    found = []
+    errors = []
     for each in error.errors(include_url=False):
         row, *place = each["loc"]
         for one in _convert_error({**each, "loc": place}, BaseModel):
             one.key = join_keys(keys[int(row)], one.key)
-            found.append(one)
-    return SettingError(*found)
+            errors.append(one)
+    return SettingError(*errors)
 
 
 def spelling_hint(key: str, present: Iterable[str]) -> str:

@@ -136,16 +136,16 @@ class Table(BaseModel):
         Args:
             leave_out: Keys to omit, in addition to keys without a value.
         """
-        found: dict[str, Any] = {}
+        arrays: dict[str, Any] = {}
         for name, key in type(self).model_fields.items():
             value = getattr(self, name)
             if name in leave_out or value is None:
                 continue
-            found |= value.arrays() if isinstance(value, Table) else {}
-            found |= {
+            arrays |= value.arrays() if isinstance(value, Table) else {}
+            arrays |= {
                 meta.name: value for meta in key.metadata if isinstance(meta, Symbol) and meta.name
             }
-        return found
+        return arrays
 
     def require_only(self, allowed: Iterable[str]) -> None:
         """Check that only keys that apply are set.

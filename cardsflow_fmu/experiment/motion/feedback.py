@@ -49,12 +49,12 @@ class MotionFeedback:
 
     def columns(self, force_names: Sequence[str]) -> dict[str, FloatArray]:
         """Return the columns of the file by name."""
-        found = {"time": self.times}
-        found |= dict(zip(force_names, self.forces.T, strict=True))
-        found |= dict(zip(self.control_names, self.controls.T, strict=True))
-        found |= dict(zip(self.state_names, self.states.T, strict=True))
+        columns = {"time": self.times}
+        columns |= dict(zip(force_names, self.forces.T, strict=True))
+        columns |= dict(zip(self.control_names, self.controls.T, strict=True))
+        columns |= dict(zip(self.state_names, self.states.T, strict=True))
         names = _gain_names(self.control_names, self.state_names)
-        return found | dict(zip(names, self.gains.reshape(len(self.times), -1).T, strict=True))
+        return columns | dict(zip(names, self.gains.reshape(len(self.times), -1).T, strict=True))
 
 
 def gains_file(motion: Path) -> Path:

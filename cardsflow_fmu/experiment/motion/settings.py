@@ -115,14 +115,14 @@ class MotionTable(Table):
     @model_validator(mode="after")
     def _check_muscles(self) -> Self:
         other_costs = ["commands", "activations"] if self.muscles == "forces" else ["forces"]
-        found = [f"cost.{key}" for key in other_costs if key in self.cost.model_fields_set]
+        keys = [f"cost.{key}" for key in other_costs if key in self.cost.model_fields_set]
         limits = {"u_min", "u_max"} & self.bounds.model_fields_set
         if self.muscles == "forces":
-            found += [f"bounds.{key}" for key in sorted(limits)]
-            found += ["start_command"] if self.start_command else []
-        if found:
+            keys += [f"bounds.{key}" for key in sorted(limits)]
+            keys += ["start_command"] if self.start_command else []
+        if keys:
             other = "laws" if self.muscles == "forces" else "forces"
-            raise SettingError(f'requires motion.muscles = "{other}"', key=found[0])
+            raise SettingError(f'requires motion.muscles = "{other}"', key=keys[0])
         return self
 
     @model_validator(mode="after")

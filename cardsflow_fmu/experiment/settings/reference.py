@@ -142,14 +142,14 @@ class ReferenceTable(Table):
         errors: list[InputError] = []
         for k, point in enumerate(self.points):
             blends = ["blend_time"] if self.spline == "parabolic_blend" and k else []
-            found: list[InputError] = point.inapplicable_keys(
+            point_errors: list[InputError] = point.inapplicable_keys(
                 ["time", *self.rows.values(), *blends]
             )
             missing = [key for key in (self.letter, *blends) if not getattr(point, key)]
-            found += [InputError("missing", key=key) for key in sorted(missing)]
-            for error in found:
+            point_errors += [InputError("missing", key=key) for key in sorted(missing)]
+            for error in point_errors:
                 error.key = f"points[{k}].{error.key}"
-            errors += found
+            errors += point_errors
         if errors:
             raise SettingError(*errors)
         times = [point.time for point in self.points]

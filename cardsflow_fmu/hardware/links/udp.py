@@ -120,11 +120,11 @@ def resolve_host(host: str, port: int, uri: str) -> tuple[int, Any]:
         HardwareError: The host is unknown, or the address is a multicast or broadcast address.
     """
     try:
-        found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
+        addresses = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
     except (OSError, UnicodeError) as error:
         why = getattr(error, "strerror", None) or error
         raise HardwareError(f"unknown host {host!r} in {uri}: {why}") from error
-    family, _, _, _, address = found[0]
+    family, _, _, _, address = addresses[0]
     number = _without_zone(str(address[0]))
     if number == _BROADCAST or ipaddress.ip_address(number).is_multicast:
         raise HardwareError(f"{uri} must be the address of one machine, not of a group")

@@ -96,39 +96,39 @@ class TopicReader:
             now: Time of arrival on a monotonic clock, in [s].
         """
         self.counters["received"] += 1
-        found = self._check(message, now)
-        if isinstance(found, str):
-            self.counters[found] += 1
+        values = self._check(message, now)
+        if isinstance(values, str):
+            self.counters[values] += 1
             return None
-        return found
+        return values
 
     def _check(self, message: Received, now: float) -> dict[str, FloatArray] | str:
         """Return the numbers of a message, or the reason to drop it."""
-        found = self._parse(message)
+        state = self._parse(message)
         if message.publisher is None:
             return "several"
         if message.publisher == self._ended:
             return "ended"
         if self.publisher is not None and message.publisher != self.publisher:
             return "publisher"
-        values = self._values(found)
+        values = self._values(state)
         if isinstance(values, str):
             return values
-        if found.time_ns <= self._stamp:
+        if state.time_ns <= self._stamp:
             return "stale"
-        self._stamp = found.time_ns
-        if self._is_old(now - found.time_ns * 1e-9, now):
+        self._stamp = state.time_ns
+        if self._is_old(now - state.time_ns * 1e-9, now):
             return "old"
-        self.publisher, self.frame = message.publisher, found.frame
+        self.publisher, self.frame = message.publisher, state.frame
         return values
 
-    def _values(self, found: JointState) -> dict[str, FloatArray] | str:
-        if found.names != self._names and not self._set_names(found.names):
+    def _values(self, state: JointState) -> dict[str, FloatArray] | str:
+        if state.names != self._names and not self._set_names(state.names):
             return "names"
         values = {}
         for field, indices in self._indices.items():
-            numbers = getattr(found, field)
-            if indices and len(numbers) != len(found.names):
+            numbers = getattr(state, field)
+            if indices and len(numbers) != len(state.names):
                 return "count"
             values[field] = numbers[indices].astype(float)
             if not np.isfinite(values[field]).all():

@@ -90,12 +90,12 @@ class MotorMap:
         if self._command == "force":
             return forces
         with np.errstate(over="ignore", invalid="ignore"):
-            found = self._spring_commands(forces, lengths, rates, tensions, h)
-        if not np.isfinite(found).all():
-            name = self._springs.muscle_names[int(np.isfinite(found).argmin())]
+            commands = self._spring_commands(forces, lengths, rates, tensions, h)
+        if not np.isfinite(commands).all():
+            name = self._springs.muscle_names[int(np.isfinite(commands).argmin())]
             problem = f"the command of the motor of {name!r} is not finite; check hardware.motors"
             raise SimulationError(problem)
-        return found
+        return commands
 
     def _spring_commands(
         self,

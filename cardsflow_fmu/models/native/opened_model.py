@@ -133,9 +133,9 @@ class OpenedModel:
     def array(self, name: str) -> FloatArray:
         """Return a view of an array in the law or the robot model of a controller."""
         length = ctypes.c_size_t()
-        found = self._library.native_model_array(self.handle, name.encode(), ctypes.byref(length))
-        assert found, name
-        return np.ctypeslib.as_array(found, (length.value,))
+        pointer = self._library.native_model_array(self.handle, name.encode(), ctypes.byref(length))
+        assert pointer, name
+        return np.ctypeslib.as_array(pointer, (length.value,))
 
     @property
     def message(self) -> str:

@@ -64,7 +64,7 @@ def _arrays(experiment: Experiment) -> dict[str, FloatArray]:
     weights, scale = law["H_f"], _acceleration_per_force(experiment)
     interval = settings.predicted_time / settings.nodes
     dynamics = CoreDynamics(robot)
-    found = {
+    arrays = {
         "horizon": np.array([settings.predicted_time]),
         "iterations": np.array([settings.iterations], float),
         "tracking": follows * tracking,
@@ -85,7 +85,7 @@ def _arrays(experiment: Experiment) -> dict[str, FloatArray]:
         ),
         "tolerance": np.array([_TOLERANCE * interval * accelerations.max()]),
     }
-    return found | (_posture(experiment) if settings.tasks is not None else {})
+    return arrays | (_posture(experiment) if settings.tasks is not None else {})
 
 
 def _posture(experiment: Experiment) -> dict[str, FloatArray]:

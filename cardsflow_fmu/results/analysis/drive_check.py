@@ -55,12 +55,12 @@ def drive_findings(robot: Robot) -> list[Finding]:
         return [warning(Subject("robot", robot.name), "not-looked-at", problem)]
     try:
         dynamics = control_dynamics(robot, may_be_singular=True)
-        found = list(_loop_findings(robot, dynamics))
+        findings = list(_loop_findings(robot, dynamics))
         if robot.muscles or robot.motors:
-            found += _massless_findings(robot, dynamics)
-            found += _drive_warnings(robot, dynamics, None)
-            found += sign_changes(robot, dynamics, initial_pose(robot))
-        return found
+            findings += _massless_findings(robot, dynamics)
+            findings += _drive_warnings(robot, dynamics, None)
+            findings += sign_changes(robot, dynamics, initial_pose(robot))
+        return findings
     except CardsflowError as failure:
         problem = f"{failure}; the robot can be converted and displayed, but not simulated"
         return [warning(Subject("robot", robot.name), "not-simulated", problem)]
@@ -71,15 +71,15 @@ def experiment_findings(experiment: Experiment) -> list[Finding]:
     robot = experiment.robot
     dynamics = control_dynamics(robot, may_be_singular=True)
     subject = Subject("experiment", experiment.name)
-    found = list(experiment.world_findings)
-    located = {finding.located for finding in found}
+    findings = list(experiment.world_findings)
+    located = {finding.located for finding in findings}
     others = [line for line in experiment.warnings() if line not in located]
-    found += [warning(subject, "experiment", line) for line in others]
+    findings += [warning(subject, "experiment", line) for line in others]
     passive = experiment.controller.uncontrolled
     start = np.array(experiment.start.q)
-    found += _drive_warnings(robot, dynamics, start, passive)
-    found += [*sign_changes(robot, dynamics, start), *reference_findings(experiment)]
-    return found + list(_motion_findings(experiment, subject))
+    findings += _drive_warnings(robot, dynamics, start, passive)
+    findings += [*sign_changes(robot, dynamics, start), *reference_findings(experiment)]
+    return findings + list(_motion_findings(experiment, subject))
 
 
 def _loop_findings(robot: Robot, dynamics: CoreDynamics) -> Iterator[Finding]:
@@ -135,8 +135,8 @@ def _drive_warnings(
     massless = massless_coordinates(robot, terms.M)
     free = [k for k in free if robot.coordinates[k].name not in massless]
     where = "in the initial pose" if start is None else "in the start pose"
-    found = find_drivable(terms, free)
-    for k, why in missing_drives(robot, dynamics, q, found).items():
+    drivable = find_drivable(terms, free)
+    for k, why in missing_drives(robot, dynamics, q, drivable).items():
         subject = Subject("coordinate", robot.coordinates[k].name)
         yield warning(subject, "pose-not-held", f"muscles cannot drive it {where}: {why}")
 

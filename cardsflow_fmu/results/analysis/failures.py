@@ -85,12 +85,12 @@ def failures(
     driven = [*sorted(commanded_muscles(robot)), *range(len(robot.muscles), len(terms.f_min))]
     limits = force_limits(robot, terms)
     cases = list(chain.from_iterable(combinations(driven, k) for k in range(largest + 1)))
-    found: list[Failure] = []
+    results: list[Failure] = []
     for case in cases:
-        progress(len(found), len(cases))
+        progress(len(results), len(cases))
         names = tuple(terms.muscle_names[k] for k in case)
-        found.append(Failure(names, required_strength(terms, case, limits), terms.motion.times))
-    return found
+        results.append(Failure(names, required_strength(terms, case, limits), terms.motion.times))
+    return results
 
 
 def force_limits(robot: Robot, terms: MotionTerms) -> tuple[FloatArray, FloatArray]:
@@ -118,9 +118,9 @@ def motion_points(experiment: Experiment) -> int:
     return min(max(periods + 1, 5), MAX_POINTS)
 
 
-def describe_failures(found: Sequence[Failure], reactions: Mapping[str, str] = {}) -> str:
+def describe_failures(results: Sequence[Failure], reactions: Mapping[str, str] = {}) -> str:
     """Return the failures as text, with the result in the first line."""
-    intact, *others = found
+    intact, *others = results
     parts = [_result(intact, others)]
     times = intact.times
     parts.append(
@@ -136,7 +136,7 @@ def describe_failures(found: Sequence[Failure], reactions: Mapping[str, str] = {
             f"{100 * (failure.strength > 1.0).mean():.0f} %",
             reactions.get(" and ".join(failure.actuators), ""),
         ]
-        for failure in found
+        for failure in results
     ]
     return "\n\n".join([*parts, table(heads, rows)])
 

@@ -99,9 +99,9 @@ def first_motion(robot: Robot, scale: float = 1.0, undriven: Mapping[str, str] =
     for c, is_dependent in zip(robot.coordinates, dynamics.dependent, strict=True):
         if is_dependent:  # the closed loops determine them
             reasons.pop(c.name, None)
-    found, q = _find_pose(robot, dynamics, pose, reasons)
+    drivable, q = _find_pose(robot, dynamics, pose, reasons)
     names = [c.name for c in robot.coordinates]
-    reasons |= {names[k]: why for k, why in missing_drives(robot, dynamics, q, found).items()}
+    reasons |= {names[k]: why for k, why in missing_drives(robot, dynamics, q, drivable).items()}
     for name in massless_coordinates(robot, dynamics.mass_matrix(q)):
         reasons.setdefault(name, NO_MASS)
     locked = {n: float(x) for n, x in zip(names, q, strict=True) if n in reasons}
@@ -197,9 +197,9 @@ def _find_pose(
         q[free] = np.clip(pose + away, lower, upper)[free]
         if dynamics.dependent.any():
             q = try_close_loops(dynamics, q, pose)
-        found = _drivable_at(robot, dynamics, q, free)
-        if len(found.coordinates) > len(best.coordinates):
-            best, at = found, q
+        drivable = _drivable_at(robot, dynamics, q, free)
+        if len(drivable.coordinates) > len(best.coordinates):
+            best, at = drivable, q
     return best, at
 
 
@@ -306,18 +306,18 @@ def _margin_along(
 
 
 def missing_drives(
-    robot: Robot, dynamics: CoreDynamics, q: FloatArray, found: DrivableCoordinates
+    robot: Robot, dynamics: CoreDynamics, q: FloatArray, drivable: DrivableCoordinates
 ) -> dict[int, str]:
     """Return, by index, the reasons why coordinates are not sufficiently driven at a pose."""
-    if not found.missing:
+    if not drivable.missing:
         return {}
     terms = pose_terms(robot, dynamics, q, np.zeros(len(q)))
     limit = np.full(dynamics.m, assumed_force(robot))
     high = np.append(np.maximum(terms.high[: dynamics.m], limit), terms.high[dynamics.m :])
     strong = replace(terms, high=high)
-    driven = find_drivable(strong, sorted([*found.coordinates, *found.missing])).coordinates
+    driven = find_drivable(strong, sorted([*drivable.coordinates, *drivable.missing])).coordinates
     reasons = {}
-    for k, missing in found.missing.items():
+    for k, missing in drivable.missing.items():
         name = robot.coordinates[k].name
         if k in driven:
             reasons[k] = "its drives are too weak; `cardsflow size` computes the required forces"
@@ -326,7 +326,7 @@ def missing_drives(
         elif missing == "independent motion":
             reasons[k] = "muscles cannot move it independently of the others"
         else:
-            others = " while they hold the other joints" if found.coordinates else ""
+            others = " while they hold the other joints" if drivable.coordinates else ""
             sign = "negative" if missing == "down" else "positive"
             reasons[k] = f"no muscle produces {sign} torque at {name}{others}"
     return reasons

@@ -36,18 +36,18 @@ def observed_poses(experiment: Experiment) -> dict[str, Any]:
         poses = reference_motion(experiment, POSES).q
     except CardsflowError:  # the run reports unreachable points
         poses = np.array([experiment.start.q])
-    found = observability(experiment.robot, poses, settings.estimator_settings)
+    result = observability(experiment.robot, poses, settings.estimator_settings)
     names = [c.name for c in experiment.robot.coordinates]
-    largest = found.sd.max(axis=0)
+    largest = result.sd.max(axis=0)
     return {
         "poses": len(poses),
-        "least_rank": int(found.rank.min()),
+        "least_rank": int(result.rank.min()),
         "coordinates": len(names),
         "sd": {
             n: float(s) if np.isfinite(s) else None for n, s in zip(names, largest, strict=True)
         },
-        "open_poses": dict(zip(names, np.isinf(found.sd).sum(axis=0).tolist(), strict=True)),
-        "critical": list(found.critical),
+        "open_poses": dict(zip(names, np.isinf(result.sd).sum(axis=0).tolist(), strict=True)),
+        "critical": list(result.critical),
         "inertial_units": len(settings.imus),
         "rank_with_offsets": _rank_with_offsets(experiment.robot, poses, settings),
     }
@@ -62,16 +62,16 @@ def _rank_with_offsets(robot: Robot, poses: FloatArray, settings: EstimatorTable
     return int(observability(robot, poses, known_noise).rank.min())
 
 
-def observability_warnings(found: dict[str, Any]) -> list[str]:
+def observability_warnings(result: dict[str, Any]) -> list[str]:
     """Return warnings about unobservable poses and offsets.
 
     Args:
-        found: Result of `observed_poses`.
+        result: Result of `observed_poses`.
     """
-    unobservable = {name: count for name, count in found.get("open_poses", {}).items() if count}
-    lines, coordinates = [], found.get("coordinates", 0)
-    if (rank := found.get("rank_with_offsets", 0)) < coordinates:
-        seen = "only by IMUs" if found["inertial_units"] else "not"
+    unobservable = {name: count for name, count in result.get("open_poses", {}).items() if count}
+    lines, coordinates = [], result.get("coordinates", 0)
+    if (rank := result.get("rank_with_offsets", 0)) < coordinates:
+        seen = "only by IMUs" if result["inertial_units"] else "not"
         lines.append(
             f"drifting offsets are {seen} observable: encoders and lengths with constant offsets "
             f"have rank {rank} of {coordinates}, so that a drift looks like a different pose; add "
@@ -81,28 +81,28 @@ def observability_warnings(found: dict[str, Any]) -> list[str]:
         return lines
     coordinates = ", ".join(f"{name} at {count}" for name, count in unobservable.items())
     line = (
-        f"muscles and encoders do not determine the pose: {coordinates} of {found['poses']} poses "
-        f"of the reference (minimum rank {found['least_rank']} of {found['coordinates']})"
+        f"muscles and encoders do not determine the pose: {coordinates} of {result['poses']} poses "
+        f"of the reference (minimum rank {result['least_rank']} of {result['coordinates']})"
     )
-    units = "; the IMUs must provide it" if found["inertial_units"] else ""
+    units = "; the IMUs must provide it" if result["inertial_units"] else ""
     return [*lines, line + (units or "; add encoders, IMUs or muscles")]
 
 
-def observability_notes(found: dict[str, Any]) -> list[str]:
+def observability_notes(result: dict[str, Any]) -> list[str]:
     """Describe the observability of the pose with taut and with slack muscles.
 
     Args:
-        found: Result of `observed_poses`.
+        result: Result of `observed_poses`.
     """
-    if not found or found["least_rank"] < found["coordinates"]:
+    if not result or result["least_rank"] < result["coordinates"]:
         return []
-    worst = max(found["sd"], key=lambda name: found["sd"][name])
+    worst = max(result["sd"], key=lambda name: result["sd"][name])
     lines = [
-        f"standard deviation from one measurement: up to {found['sd'][worst]:.3g} ({worst}, "
+        f"standard deviation from one measurement: up to {result['sd'][worst]:.3g} ({worst}, "
         "along the reference)"
     ]
-    if found["critical"]:
-        together = " and ".join(found["critical"])
-        verb = "are" if len(found["critical"]) > 1 else "is"
+    if result["critical"]:
+        together = " and ".join(result["critical"])
+        verb = "are" if len(result["critical"]) > 1 else "is"
         lines.append(f"a pose is unobservable if {together} {verb} slack")
     return lines

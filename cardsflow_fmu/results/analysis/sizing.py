@@ -71,12 +71,12 @@ def reference_motion(
     times = np.linspace(0.0, duration, points)
     q, qd, qdd = reference.evaluate(times)
     if experiment.reference.space == "operational":
-        found = _inverse_kinematics(experiment, times, q)
+        positions = _inverse_kinematics(experiment, times, q)
         if not rates:
-            return Motion(times, found, np.zeros_like(found), np.zeros_like(found))
+            return Motion(times, positions, np.zeros_like(positions), np.zeros_like(positions))
         from scipy.interpolate import CubicSpline  # slow to import
 
-        spline = CubicSpline(times, found)
+        spline = CubicSpline(times, positions)
         return Motion(times, spline(times), spline(times, 1), spline(times, 2))
     if experiment.robot.loops:
         _close_loops(experiment, q, qd, qdd)
@@ -98,14 +98,14 @@ def _inverse_kinematics(experiment: Experiment, times: FloatArray, path: FloatAr
     dynamics, tasks = control_dynamics(experiment.robot), experiment.controller.tasks
     q: ArrayLike = experiment.start.q
     posture = tasks.posture.q0 if tasks is not None and tasks.posture is not None else q
-    found = []
+    positions = []
     for t, y in zip(times.tolist(), path, strict=True):
         try:
             q = inverse_kinematics(dynamics, y, q, posture=posture).q
         except InputError as error:
             raise InputError(f"at {t:g} s {error.problem}", key="reference") from None
-        found.append(q)
-    return np.array(found)
+        positions.append(q)
+    return np.array(positions)
 
 
 def size(
@@ -251,7 +251,7 @@ def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, 
     def min_peak(moved: Robot) -> float:
         return float(least_forces(moved).max(initial=0.0))
 
-    found, forces = [], least_forces(robot)
+    effects, forces = [], least_forces(robot)
     pulls = forces > terms.f_min[:muscles] + _SMALL * forces.max(initial=0.0)
     for k, muscle in enumerate(robot.muscles):
         if not pulls[k]:
@@ -265,7 +265,7 @@ def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, 
                 gradient[axis] = (forward - backward) / (2.0 * 1e3 * _SHIFT)
             gain = float(np.linalg.norm(gradient))
             if math.isfinite(gain) and gain > _SMALL:
-                found.append(
+                effects.append(
                     {
                         "muscle": muscle.name,
                         "via_point": i + 1,
@@ -274,7 +274,7 @@ def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, 
                         "direction": (-gradient / gain).tolist(),
                     }
                 )
-    return sorted(found, key=lambda entry: -entry["gain"])
+    return sorted(effects, key=lambda entry: -entry["gain"])
 
 
 def _move_via_point(robot: Robot, muscle: int, via: int, axis: int, shift: float) -> Robot:

@@ -13,9 +13,9 @@ from cardsflow_fmu.results.analysis.failures import Failure
 from .figures import STYLE
 
 
-def failure_figure(found: Sequence[Failure]) -> Figure:
+def failure_figure(results: Sequence[Failure]) -> Figure:
     """Return a figure of the strength over time that the motion needs after each single failure."""
-    single = [failure for failure in found if len(failure.actuators) <= 1]
+    single = [failure for failure in results if len(failure.actuators) <= 1]
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.0, 3.6), layout="constrained")
         axes = figure.subplots()

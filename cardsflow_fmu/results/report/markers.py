@@ -84,14 +84,14 @@ def resample(
         )
         ends = np.append(times, times[-1] + step)
         inside = (ends[:-1] >= measured[0]) & (ends[1:] <= measured[-1] + 1e-9)
-        found = np.full((len(times), values.shape[1]), np.nan)
+        means = np.full((len(times), values.shape[1]), np.nan)
         for k in range(values.shape[1]):
             integral, lost_time = (
                 np.diff(np.interp(ends, measured, one[:, k])) for one in (total, gaps)
             )
             sound = inside & (lost_time < 1e-9)
-            found[sound, k] = integral[sound] / step
-        return found
+            means[sound, k] = integral[sound] / step
+        return means
 
     return replace(
         readings,

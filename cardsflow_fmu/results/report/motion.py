@@ -58,13 +58,13 @@ def _limits(curves: Sequence[Curve], bounds: Mapping[str, tuple[float, float]]) 
     """Return the bounds that lie within the range of some curves, as their references."""
     low = min(float(np.nanmin(curve.values)) for curve in curves)
     high = max(float(np.nanmax(curve.values)) for curve in curves)
-    near, found = 0.1 * (high - low), dict[float, Curve]()
+    near, lines = 0.1 * (high - low), dict[float, Curve]()
     for curve in curves:
         for value in bounds.get(curve.name, ()):
             if low - near <= value <= high + near:
                 level = np.full(len(curve.time), value)
-                found.setdefault(value, Curve(f"{curve.name} bound", curve.time, level, curve.name))
-    return list(found.values())
+                lines.setdefault(value, Curve(f"{curve.name} bound", curve.time, level, curve.name))
+    return list(lines.values())
 
 
 def motion_page(

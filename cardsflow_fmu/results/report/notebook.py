@@ -18,8 +18,8 @@ _BINS = 500
 def result_html(result: RunData) -> str:
     """Return the summary, and a figure of forces, tracking and errors, as HTML."""
     size = f"<p>{len(result.rows)} rows of {len(result.names)} columns</p>"
-    found = result.summary.get("warnings") or ()
-    lines = [f"<p><strong>Warning: {escape(str(w))}</strong></p>" for w in found]
+    warnings = result.summary.get("warnings") or ()
+    lines = [f"<p><strong>Warning: {escape(str(w))}</strong></p>" for w in warnings]
     return "\n".join((*lines, *summary_tables(result.summary), size, *_figure(result)))
 
 

@@ -83,10 +83,10 @@ def panels_of(
             raise UnknownNameError("figure", kind, KINDS, key="--panels")
     panels = []
     for kind in kinds:
-        found = KINDS[kind](result)
-        if not found:
+        panels_of_kind = KINDS[kind](result)
+        if not panels_of_kind:
             raise InputError(f"the results have no data for {kind!r}", key="--panels")
-        panels += found
+        panels += panels_of_kind
     if columns:
         panels += _column_panels(result, columns)
     elif not kinds:
@@ -98,8 +98,8 @@ def panels_of(
 @_ignore_overflow
 def all_panels(result: RunData) -> dict[str, list[Panel]]:
     """Return the panels of all kinds for which the result has data, by kind."""
-    found = {kind: panels(result) for kind, panels in KINDS.items()}
-    return {kind: panels for kind, panels in found.items() if panels}
+    panels_by_kind = {kind: panels(result) for kind, panels in KINDS.items()}
+    return {kind: panels for kind, panels in panels_by_kind.items() if panels}
 
 
 def _column_panels(result: RunData, patterns: Sequence[str]) -> list[Panel]:

@@ -69,14 +69,14 @@ def read_readings(
     rows = int(at[-1]) + 1
 
     def block(names: Sequence[str], default: float = np.nan) -> FloatArray:
-        found = np.full((rows, len(names)), np.nan)
+        block_rows = np.full((rows, len(names)), np.nan)
         for k, name in enumerate(names):
             if name in columns:
                 _reject_large_values(path, name, columns)
-                found[at, k] = columns[name]
+                block_rows[at, k] = columns[name]
             else:
-                found[:, k] = default
-        return found
+                block_rows[:, k] = default
+        return block_rows
 
     passive = passive_muscles(robot)
     tensions = block([_tension(column_names, columns) for column_names in _tension_names(robot)])
@@ -180,8 +180,8 @@ def _require_same_names(path: Path, columns: Mapping[str, FloatArray], robot: Ro
         "f": set(muscle_signals("f", robot)),
     }
     for kind, signals in expected.items():
-        found = {name for name in columns if name.partition(".")[0] == kind and "." in name}
-        unknown = sorted(found - signals)
+        names = {name for name in columns if name.partition(".")[0] == kind and "." in name}
+        unknown = sorted(names - signals)
         if unknown:
             problem = f"{unknown[0]!r} is not a signal of robot {robot.name!r}"
             raise InputError(f"{problem}; it is of another robot", file=path)

@@ -53,10 +53,10 @@ def require(element: Any, name: str, file: Path) -> Any:
     Raises:
         InputError: The child does not exist.
     """
-    found = children(element, name)
-    if not found:
+    matching = children(element, name)
+    if not matching:
         raise InputError(f"{local(element)} has no {name}", file=file, line=element.sourceline)
-    return found[0]
+    return matching[0]
 
 
 def decimal(element: Any, name: str, file: Path, *, default: float | None = None) -> float:

@@ -153,12 +153,12 @@ def _worst(study: Study, summary: Mapping[str, Any], units: Mapping[str, str]) -
 
 
 def _sensitivity(summary: Mapping[str, Any]) -> Iterable[str]:
-    found = {n: p for n, p in summary["sensitivity"].items() if split_metric(n)[1] is None}
-    if found:
-        kinds = next(iter(next(iter(found.values())).values()))
+    influences = {n: p for n, p in summary["sensitivity"].items() if split_metric(n)[1] is None}
+    if influences:
+        kinds = next(iter(next(iter(influences.values())).values()))
         measures = "Sobol indices" if "first" in kinds else "rank correlations, shares of variance"
         yield f"<h2>Sensitivity: {measures}</h2>"
-    for name, parts in found.items():
+    for name, parts in influences.items():
         yield sensitivity_bars(name, parts)
 
 

@@ -70,13 +70,13 @@ def collect(columns: Columns, rows: Iterable[tuple[Run, Outcome]]) -> Collected:
 
 def distributions(collected: Collected) -> dict[str, dict[str, float | int]]:
     """Return the distribution of every metric over the runs that have it."""
-    found: dict[str, dict[str, float | int]] = {}
+    by_metric: dict[str, dict[str, float | int]] = {}
     with np.errstate(over="ignore"):  # squares of large values
         for name, values in collected.metrics.items():
             finite = values[np.isfinite(values)]
             if finite.size:
-                found[name] = _distribution(finite)
-    return found
+                by_metric[name] = _distribution(finite)
+    return by_metric
 
 
 def _distribution(values: FloatArray) -> dict[str, float | int]:
@@ -105,14 +105,14 @@ def rank_runs(collected: Collected) -> dict[str, list[int]]:
 
     Metrics that are equal in all runs and metrics of single muscles are omitted.
     """
-    found = {}
+    by_metric = {}
     for name, values in collected.metrics.items():
         metric, muscle = split_metric(name)
         rows = np.flatnonzero(~np.isnan(values))
         if muscle is None and rows.size and np.any(values[rows] != values[rows[0]]):
             quality = values[rows] if metric.large_is_good else -values[rows]
-            found[name] = rows[np.argsort(quality, kind="stable")].tolist()
-    return found
+            by_metric[name] = rows[np.argsort(quality, kind="stable")].tolist()
+    return by_metric
 
 
 def sensitivities(study: Study, collected: Collected) -> dict[str, dict[str, Any]]:
@@ -132,17 +132,17 @@ def sensitivities(study: Study, collected: Collected) -> dict[str, dict[str, Any
 
 
 def _sobol(names: list[str], count: int, collected: Collected) -> dict[str, dict[str, Any]]:
-    found: dict[str, dict[str, Any]] = {}
+    by_metric: dict[str, dict[str, Any]] = {}
     for metric, values in collected.metrics.items():
         f = values.reshape(len(names) + 2, count)
         f = f[:, np.isfinite(f).all(axis=0)]  # omit a point if one of its runs failed
         if f.shape[1] >= _MIN_POINTS and np.ptp(f[:2]) > 0:
             first, total = sobol_indices(f)
-            found[metric] = {
+            by_metric[metric] = {
                 name: {"first": float(a), "total": float(b)}
                 for name, a, b in zip(names, first, total, strict=True)
             }
-    return found
+    return by_metric
 
 
 def sobol_indices(f: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -163,7 +163,7 @@ def sobol_indices(f: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _ranks(names: list[str], collected: Collected) -> dict[str, dict[str, Any]]:
-    found: dict[str, dict[str, Any]] = {}
+    by_metric: dict[str, dict[str, Any]] = {}
     for metric, values in collected.metrics.items():
         ranks = {}
         for name in names:
@@ -177,8 +177,8 @@ def _ranks(names: list[str], collected: Collected) -> dict[str, dict[str, Any]]:
                 if both.sum() >= _MIN_RUNS:
                     ranks[name]["share"] = variance_share(inputs[both], values[both])
         if ranks:
-            found[metric] = ranks
-    return found
+            by_metric[metric] = ranks
+    return by_metric
 
 
 def variance_share(x: FloatArray, y: FloatArray) -> float:

@@ -51,20 +51,20 @@ def expand_wildcards(names: Iterable[str], robot: Robot) -> tuple[str, ...]:
         UnknownNameError: A metric or muscle does not exist.
     """
     muscles = [muscle.name for muscle in robot.muscles]
-    found: list[str] = []
+    expanded: list[str] = []
     for name in names:
         base = next((n for n in _per_muscle() if name.startswith(f"{n}.")), None)
         if name in METRICS:
-            found.append(name)
+            expanded.append(name)
         elif base is not None:
             last = name[len(base) + 1 :]
             if last not in ("*", *muscles):
                 raise UnknownNameError("muscle", last, muscles)
-            found += [f"{base}.{m}" for m in muscles] if last == "*" else [name]
+            expanded += [f"{base}.{m}" for m in muscles] if last == "*" else [name]
         else:
             metrics = [*METRICS, *(f"{n}.*" for n in _per_muscle())]
             raise UnknownNameError("metric", name, metrics)
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys(expanded))
 
 
 def _per_muscle() -> list[str]:

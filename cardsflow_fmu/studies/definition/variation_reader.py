@@ -25,17 +25,17 @@ def read_variations(
     tables: Sequence[VarySettings], check: PathCheck, context: Context
 ) -> list[Variation]:
     """Return the variations of a study."""
-    found: list[Variation] = []
+    variations: list[Variation] = []
     for k, table in enumerate(tables):
         with context.at(f"vary[{k}].path"):
-            found += _variations(table, check)
-    paths = [path for variation in found for path in variation.paths]
-    for kind, names in (("name", [variation.name for variation in found]), ("path", paths)):
+            variations += _variations(table, check)
+    paths = [path for variation in variations for path in variation.paths]
+    for kind, names in (("name", [variation.name for variation in variations]), ("path", paths)):
         duplicates = [name for name in names if names.count(name) > 1]
         if duplicates:
             raise context.error("vary", f"duplicate {kind} {duplicates[0]!r}; remove one")
     _require_order(paths, context)
-    return found
+    return variations
 
 
 def require_unique_columns(

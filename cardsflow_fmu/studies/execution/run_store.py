@@ -80,8 +80,8 @@ class RunStore:
 
     def settings(self, prefix: str) -> list[dict[str, Any]]:
         """Return the settings of all runs whose hash begins with a prefix."""
-        found = map(self._content, sorted(self._runs.glob(f"{prefix}*.json")))
-        return [content["settings"] for content in found if content is not None]
+        contents = map(self._content, sorted(self._runs.glob(f"{prefix}*.json")))
+        return [content["settings"] for content in contents if content is not None]
 
     def _content(self, file: Path) -> dict[str, Any] | None:
         try:

@@ -63,6 +63,6 @@ def run_library() -> ctypes.CDLL:
 
 def address(function: Any) -> int:
     """Return the address of a C function or callback."""
-    found = ctypes.cast(function, ctypes.c_void_p).value
-    assert found is not None
-    return found
+    value = ctypes.cast(function, ctypes.c_void_p).value
+    assert value is not None
+    return value

@@ -207,13 +207,13 @@ class Design:
         """Return the information of spans; None if the muscles cannot perform the motion."""
         if np.isnan(self._motions.forces(self._motions.terms(points, spans))).any():
             return None
-        found = []
+        information = []
         for span in spans:
             H = self._information(points, span)
             if H is None:
                 return None
-            found.append(H)
-        return found
+            information.append(H)
+        return information
 
     def _information(self, points: FloatArray, span: int) -> FloatArray | None:
         """Return the information of a span; None if its simulation fails."""
@@ -223,8 +223,8 @@ class Design:
         if np.isnan(forces).any():
             return None
         window, start = self._window(motion, forces, 0, _ROWS)
-        found = self._problem.window_information([window], [start])
-        return None if found is None else found[0]
+        information = self._problem.window_information([window], [start])
+        return None if information is None else information[0]
 
     def measured_information(self, motion: Motion, forces: FloatArray) -> FloatArray:
         """Return the information of measurements at `READ`, from windows of the whole motion.
@@ -238,10 +238,10 @@ class Design:
         some = firsts[:: max(1, len(firsts) // _REFINED_WINDOWS)]
         windows = [self._window(*samples, int(first), rows) for first in some]
         cut, starts = [w for w, _ in windows], [s for _, s in windows]
-        found = self._exact.window_information(cut, starts)
-        if found is None:
+        information = self._exact.window_information(cut, starts)
+        if information is None:
             raise CardsflowError("the robot diverges along the motion")
-        return np.asarray(np.sum(found, axis=0) * len(firsts) / len(some))
+        return np.asarray(np.sum(information, axis=0) * len(firsts) / len(some))
 
     def _window(
         self, motion: Motion, forces: FloatArray, first: int, rows: int

@@ -19,7 +19,7 @@ from .static import Activations
 _RATES = {"umberger_2010": umberger_2010, "bhargava_2004": bhargava_2004}
 
 
-def motion_columns(recorded: GivenMotion, found: Activations) -> dict[str, FloatArray]:
+def motion_columns(recorded: GivenMotion, result: Activations) -> dict[str, FloatArray]:
     """Return the columns of results.csv by name, shape (T,) each, in SI units.
 
     They are the motion, tensions and activations; the powers -f l' of the muscles; for muscles with
@@ -34,33 +34,33 @@ def motion_columns(recorded: GivenMotion, found: Activations) -> dict[str, Float
 
     for letter in ("q", "qd", "qdd"):
         add(coordinate_signals(letter, robot), getattr(motion, letter))
-    add(tension_signals(robot), found.forces)
-    add(muscle_signals("activation", robot), found.activations)
-    add(coordinate_signals("reserve", robot), found.reserves)
+    add(tension_signals(robot), result.forces)
+    add(muscle_signals("activation", robot), result.activations)
+    add(coordinate_signals("reserve", robot), result.reserves)
     dynamics = control_dynamics(robot)
     L = np.array([dynamics.muscle_jacobian(q) for q in motion.q])
     rates = np.einsum("tmn,tn->tm", L, motion.qd)
-    add(muscle_signals("power", robot), -found.forces * rates)
+    add(muscle_signals("power", robot), -result.forces * rates)
     muscles = [muscle for muscle in robot.muscles if has_fibres(muscle)]
     if muscles:
-        columns |= _fibre_columns(robot.with_muscles(muscles), recorded, found, rates)
+        columns |= _fibre_columns(robot.with_muscles(muscles), recorded, result, rates)
     if not robot.loops:
-        columns |= _reaction_columns(recorded, found)
+        columns |= _reaction_columns(recorded, result)
     return columns
 
 
 def _fibre_columns(
-    robot: Robot, recorded: GivenMotion, found: Activations, rates: FloatArray
+    robot: Robot, recorded: GivenMotion, result: Activations, rates: FloatArray
 ) -> dict[str, FloatArray]:
     """Return the columns of muscles with fibres, which are all muscles of `robot`."""
     has = np.array([has_fibres(muscle) for muscle in recorded.robot.muscles])
     dynamics, muscles = control_dynamics(recorded.robot), HillMuscles(robot)
     lengths = np.array([dynamics.muscle_lengths(q)[has] for q in recorded.motion.q])
-    a = u = found.activations[:, has]
+    a = u = result.activations[:, has]
     fibres, speeds = muscles.rigid(lengths, rates[:, has])
-    if found.trajectory is not None:
-        u = found.trajectory.excitations
-        fibres, speeds = found.trajectory.fibre_lengths, found.trajectory.fibre_rates
+    if result.trajectory is not None:
+        u = result.trajectory.excitations
+        fibres, speeds = result.trajectory.fibre_lengths, result.trajectory.fibre_rates
     points = np.zeros((*a.shape, FIBRE_POINT))
     points[:, :, 0], points[:, :, 1], points[:, :, 2], points[:, :, 3] = a, fibres, speeds, lengths
     values = muscles.fibres(points)
@@ -87,11 +87,11 @@ def _fibre_columns(
     return columns
 
 
-def _reaction_columns(recorded: GivenMotion, found: Activations) -> dict[str, FloatArray]:
+def _reaction_columns(recorded: GivenMotion, result: Activations) -> dict[str, FloatArray]:
     motion, loads = recorded.motion, recorded.loads
     wrenches = None if loads is None else (loads.links, loads.forces, loads.moments)
     states = (motion.q, motion.qd, motion.qdd)
-    reactions = joint_reactions(recorded.robot, states, found.forces, wrenches)
+    reactions = joint_reactions(recorded.robot, states, result.forces, wrenches)
     columns: dict[str, FloatArray] = {}
     rows_of = {"reaction_force": reactions.forces, "reaction_moment": reactions.moments}
     for kind, rows in rows_of.items():

@@ -59,8 +59,8 @@ def read_external_loads(robot: Robot, motion: Motion, file: Path) -> ExternalLoa
 
 
 def _text(node: Node, tag: str) -> str:
-    found = node.optional(tag)
-    return "" if found is None else found.text
+    element = node.optional(tag)
+    return "" if element is None else element.text
 
 
 def _link(robot: Robot, load: Node) -> str:
@@ -82,14 +82,14 @@ def _columns(
     """Return the three columns whose names begin with an identifier, shape (T, 3)."""
     if not identifier:
         return None
-    found = []
+    columns = []
     for axis in "xyz":
         if f"{identifier}{axis}" not in table.names:
             name = f"{identifier}{axis}"
             raise UnknownNameError("column", name, table.names, file=load.file, key="datafile")
         column = table.rows[:, table.names.index(f"{identifier}{axis}")]
-        found.append(np.interp(times, table.rows[:, table.names.index("time")], column))
-    return np.stack(found, axis=1)
+        columns.append(np.interp(times, table.rows[:, table.names.index("time")], column))
+    return np.stack(columns, axis=1)
 
 
 def _require_times(table: OpenSimTable, motion: Motion, file: Path) -> None:

@@ -12,47 +12,47 @@ from cardsflow_fmu.utils.opensim_table import opensim_text
 from .static import Activations
 
 
-def activation_files(found: Activations) -> dict[str, str]:
+def activation_files(result: Activations) -> dict[str, str]:
     """Return activations and forces as OpenSim tables, by file name."""
-    reserves = [f"reserve_{name}" for name in found.coordinate_names]
-    rows = np.column_stack([found.times, found.activations])
-    forces = np.column_stack([found.times, found.forces, found.reserves])
-    names = ["time", *found.muscle_names]
+    reserves = [f"reserve_{name}" for name in result.coordinate_names]
+    rows = np.column_stack([result.times, result.activations])
+    forces = np.column_stack([result.times, result.forces, result.reserves])
+    names = ["time", *result.muscle_names]
     files = {
         "activations.sto": opensim_text("activations", names, rows),
         "forces.sto": opensim_text("forces", [*names, *reserves], forces),
     }
-    if (trajectory := found.trajectory) is not None:
-        names = ["time", *found.trajectory_names]
+    if (trajectory := result.trajectory) is not None:
+        names = ["time", *result.trajectory_names]
         for name in ("excitations", "fibre_lengths", "fibre_rates"):
-            rows = np.column_stack([found.times, getattr(trajectory, name)])
+            rows = np.column_stack([result.times, getattr(trajectory, name)])
             files[f"{name}.sto"] = opensim_text(name, names, rows)
     return files
 
 
-def activation_summary(found: Activations) -> dict[str, Any]:
+def activation_summary(result: Activations) -> dict[str, Any]:
     """Return a summary of activations as plain data."""
-    largest = found.activations.max(axis=0, initial=0.0)
-    reserves = np.abs(found.reserves).max(axis=0, initial=0.0)
-    trajectory = found.trajectory
+    largest = result.activations.max(axis=0, initial=0.0)
+    reserves = np.abs(result.reserves).max(axis=0, initial=0.0)
+    trajectory = result.trajectory
     return {
-        "points": len(found.times),
-        "begin": float(found.times[0]),
-        "end": float(found.times[-1]),
-        "infeasible": int(found.infeasible.sum()),
-        "first_infeasible": float(found.times[found.infeasible][0])
-        if found.infeasible.any()
+        "points": len(result.times),
+        "begin": float(result.times[0]),
+        "end": float(result.times[-1]),
+        "infeasible": int(result.infeasible.sum()),
+        "first_infeasible": float(result.times[result.infeasible][0])
+        if result.infeasible.any()
         else None,
-        "undriven": list(found.undriven),
-        "largest_activations": dict(zip(found.muscle_names, largest.tolist(), strict=True)),
-        "largest_reserves": dict(zip(found.coordinate_names, reserves.tolist(), strict=True)),
+        "undriven": list(result.undriven),
+        "largest_activations": dict(zip(result.muscle_names, largest.tolist(), strict=True)),
+        "largest_reserves": dict(zip(result.coordinate_names, reserves.tolist(), strict=True)),
     } | (
         {}
         if trajectory is None
         else {
             "cost": trajectory.cost,
             "iterations": trajectory.iterations,
-            "rigid": list(found.rigid_names),
+            "rigid": list(result.rigid_names),
         }
     )
 

@@ -74,14 +74,14 @@ def optimise_activations(
         np.full(int(driven.sum()), reserve),
         power,
     )
-    found = MuscleTrajectorySolver(problem, np.full_like(lengths, _START)).solve()
-    if not found.is_solved:
-        failure = f"the optimisation has not converged after {found.iterations} iterations"
+    trajectory = MuscleTrajectorySolver(problem, np.full_like(lengths, _START)).solve()
+    if not trajectory.is_solved:
+        failure = f"the optimisation has not converged after {trajectory.iterations} iterations"
         raise CardsflowError(f"{failure}; use other times, or more --frames")
-    found = found._replace(tensions=np.where(is_slack, 0.0, found.tensions))
+    trajectory = trajectory._replace(tensions=np.where(is_slack, 0.0, trajectory.tensions))
     changed = muscles.elastic & ~elastic
     rigid_names = tuple(m.name for m, is_rigid in zip(fibrous, changed, strict=True) if is_rigid)
-    result = _activations(robot, terms, found, tau, (hill, driven, passive), reserve)
+    result = _activations(robot, terms, trajectory, tau, (hill, driven, passive), reserve)
     return replace(result, rigid_names=rigid_names)
 
 
@@ -97,15 +97,15 @@ def _taut(muscles: HillMuscles, fibres: FloatArray, lengths: FloatArray) -> Bool
 def _activations(
     robot: Robot,
     terms: MotionTerms,
-    found: MuscleTrajectory,
+    trajectory: MuscleTrajectory,
     tau: FloatArray,
     parts: tuple[BoolArray, BoolArray, FloatArray],
     reserve: float,
 ) -> Activations:
     hill, driven, passive = parts
     reserves, forces, activations = tau.copy(), passive.copy(), np.zeros_like(passive)
-    reserves[:, driven] = found.reserves
-    forces[:, hill], activations[:, hill] = found.tensions, found.activations
+    reserves[:, driven] = trajectory.reserves
+    forces[:, hill], activations[:, hill] = trajectory.tensions, trajectory.activations
     names = np.array(terms.coordinate_names)
     muscles = np.array([muscle.name for muscle in robot.muscles])
     return Activations(
@@ -116,8 +116,8 @@ def _activations(
         terms.coordinate_names,
         reserves,
         tuple(names[~driven].tolist()),
-        np.asarray((abs(found.reserves) > _MAX_RESERVE * reserve).any(axis=1)),
-        found,
+        np.asarray((abs(trajectory.reserves) > _MAX_RESERVE * reserve).any(axis=1)),
+        trajectory,
         tuple(muscles[hill].tolist()),
     )
 

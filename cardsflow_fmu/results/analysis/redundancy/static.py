@@ -83,8 +83,8 @@ def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) 
     tau = terms.tau + np.einsum("tmn,tm->tn", L, passive_force)
     driven = driven_coordinates(L)
     A, demanded = (L * active_force[:, :, None])[:, :, driven], tau[:, driven]
-    found = distribute(A, demanded, a_min, 1.0)
-    a, infeasible = np.array(found.forces), ~found.solved
+    distribution = distribute(A, demanded, a_min, 1.0)
+    a, infeasible = np.array(distribution.forces), ~distribution.solved
     if infeasible.any():
         a[infeasible] = _with_reserves(A[infeasible], demanded[infeasible], a_min)
     reserves = tau + np.einsum("tmn,tm->tn", L, active_force * a)
@@ -182,11 +182,11 @@ def _passive_force(robot: Robot, motion: Motion, *, passive: bool) -> FloatArray
 
 def _tensions(robot: Robot, motion: Motion, states: float, commands: FloatArray) -> FloatArray:
     """Return tensions along a motion with all states at one value, shape (T, m), in [N]."""
-    drive, found = MuscleDrive(robot), np.zeros((len(motion.times), len(robot.muscles)))
-    for row, q, qd in zip(found, motion.q, motion.qd, strict=True):
+    drive, tensions = MuscleDrive(robot), np.zeros((len(motion.times), len(robot.muscles)))
+    for row, q, qd in zip(tensions, motion.q, motion.qd, strict=True):
         drive.set_state(q, qd, np.full(drive.states, states))
         row[:] = drive.tensions(commands)
-    return found
+    return tensions
 
 
 def _with_reserves(A: FloatArray, tau: FloatArray, a_min: FloatArray) -> FloatArray:

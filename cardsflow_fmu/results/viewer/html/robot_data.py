@@ -41,11 +41,11 @@ def robot_data(act: Act, tables: TableSequence) -> dict[str, Any]:
 def _signals(act: Act) -> dict[str, FloatArray]:
     """Return recorded signals, at least joint positions and tensions, by name."""
     stage = act.stage
-    found = dict(zip(coordinate_signals("q", stage.robot), stage.motion.q.T, strict=True))
+    signals = dict(zip(coordinate_signals("q", stage.robot), stage.motion.q.T, strict=True))
     if stage.motion.tensions is not None:
         names = muscle_signals("tension", stage.robot)
-        found |= dict(zip(names, stage.motion.tensions.T, strict=True))
-    return {**found, **act.signals}
+        signals |= dict(zip(names, stage.motion.tensions.T, strict=True))
+    return {**signals, **act.signals}
 
 
 def _muscles(robot: Robot) -> list[dict[str, Any]]:

@@ -48,8 +48,8 @@ def platform_hull(robot: Robot, link: Link, thickness: float) -> Triangles | Non
         link: Link of the robot.
         thickness: Thickness of the hull of coplanar points, in [m].
     """
-    found = {p.position for m in robot.muscles for p in m.via_points if p.link == link.name}
-    points = np.array(sorted(found))
+    attachments = {p.position for m in robot.muscles for p in m.via_points if p.link == link.name}
+    points = np.array(sorted(attachments))
     if len(points) < 3 or not np.isfinite(points).all():
         return None
     _, extents, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)

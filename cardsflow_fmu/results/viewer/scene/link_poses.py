@@ -46,7 +46,7 @@ def coordinate_axes(
         q: Joint positions at K frames, shape (K, n), in [rad] or [m].
         poses: Poses of the links.
     """
-    found: dict[str, tuple[FloatArray, FloatArray]] = {}
+    axes: dict[str, tuple[FloatArray, FloatArray]] = {}
     variables = robot_variables(robot)
     x, zeros = variable_values(variables, q), np.zeros(len(q))
     for joint in robot.joints:
@@ -56,8 +56,8 @@ def coordinate_axes(
             T = T @ motion_transforms(motion, x[:, driver] if driver is not None else zeros + still)
             if driver is not None:
                 name = joint.coordinates[motion.coordinate].name
-                found.setdefault(name, (T[:, :3, 3], T[:, :3, :3] @ np.array(motion.axis)))
-    return found
+                axes.setdefault(name, (T[:, :3, 3], T[:, :3, :3] @ np.array(motion.axis)))
+    return axes
 
 
 def motion_transforms(motion: Motion, values: FloatArray) -> FloatArray:

@@ -153,11 +153,11 @@ class _Columns:
 
     def any(self, names: list[str]) -> FloatArray | None:
         """Return the columns, with nan for missing columns; None if all are missing."""
-        found = [self.all([name]) for name in names]
-        if all(column is None for column in found):
+        columns = [self.all([name]) for name in names]
+        if all(column is None for column in columns):
             return None
         nothing = np.full((len(self._rows), 1), np.nan)
-        return np.hstack([nothing if column is None else column for column in found])
+        return np.hstack([nothing if column is None else column for column in columns])
 
 
 def task_points(robot: Robot) -> list[TaskFrame]:
@@ -168,11 +168,11 @@ def task_points(robot: Robot) -> list[TaskFrame]:
 def _desired_points(robot: Robot, columns: _Columns) -> dict[str, FloatArray]:
     frames = task_points(robot)
     names = signal_names("y_d", [frame.name for frame in frames])
-    found = {
+    points_by_name = {
         frame.name: columns.any([f"{name}.{axis}" for axis in "xyz"])
         for frame, name in zip(frames, names, strict=True)
     }
-    return {name: points for name, points in found.items() if points is not None}
+    return {name: points for name, points in points_by_name.items() if points is not None}
 
 
 def _contacts(
@@ -180,11 +180,11 @@ def _contacts(
 ) -> dict[str, FloatArray]:
     names = [link.name for link in links]
     names += [] if world is None else [item.name for item in world.objects]
-    found = {
+    forces_by_name = {
         name: columns.all([f"contact.{identifier(name)}.f{axis}" for axis in "xyz"])
         for name in names
     }
-    return {name: forces for name, forces in found.items() if forces is not None}
+    return {name: forces for name, forces in forces_by_name.items() if forces is not None}
 
 
 def _objects(world: Scene, columns: _Columns) -> dict[str, FloatArray]:
@@ -192,11 +192,11 @@ def _objects(world: Scene, columns: _Columns) -> dict[str, FloatArray]:
     names = [item.name for item in world.moving_objects]
     signals = signal_names("object", names)
     axes = (*"xyz", "qx", "qy", "qz", "qw")
-    found = {
+    values_by_name = {
         name: columns.all([f"{signal}.{axis}" for axis in axes])
         for name, signal in zip(names, signals, strict=True)
     }
-    return {name: _poses(values) for name, values in found.items() if values is not None}
+    return {name: _poses(values) for name, values in values_by_name.items() if values is not None}
 
 
 def _poses(values: FloatArray) -> FloatArray:
