@@ -93,9 +93,9 @@ DUAL_NEWTON_API void faults_reset(faults *s);
 
 enum faults_pose_status { FAULTS_POSE_NEAR = 0, FAULTS_POSE_FAR = 1, FAULTS_POSE_UNKNOWN = 2 };
 
-/* Fit the coordinates to lengths and encoders: q <- q + d. The caller then computes path_lengths and jacobian at
-   this pose, since an estimate may be wrong after a fault. Return an enum faults_pose_status: UNKNOWN if the sensors do
-   not determine q; FAR if d is so large that another fit is necessary. */
+/* Compare q with the fit of the coordinates to lengths and encoders, since an estimate may be wrong after a fault. Return
+   an enum faults_pose_status: UNKNOWN if the sensors do not determine q; FAR if geometry is not linear up to the fit, to
+   which q is then moved; the caller computes path_lengths and jacobian there, and repeats the fit. */
 DUAL_NEWTON_API int faults_pose(faults *s);
 
 /* Process the inputs of a tick of h seconds. Return the number of parts with faults. */

@@ -93,7 +93,7 @@ int faults_tick(faults *s, real h)
     if (h != s->step) faults_set_limits(s, s->step = h);
     faults_fit(s);
     faults_compare_tensions(s, h);
-    for (size_t i = 0; i < s->c; i++) faults_scan(s, i);
+    faults_scan(s);
     suspect_geometric(s);
     for (size_t i = s->m; i < 2 * s->m; i++)
         if (is_candidate(s, i) && s->level[i] >= 1) suspect(s, i);

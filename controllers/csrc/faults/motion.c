@@ -107,9 +107,9 @@ static real log_factor_of_change(faults *s, size_t o, size_t r, real share)
         solved[j] = s->load_score[at * n + j];
         sum -= logarithm(change);
     }
-    if (cholesky_factor(n, s->matrix, s->signal_factor)) return 0;
+    if (motion_decompose(n, s->matrix, s->signal_factor)) return 0;
     motion_whiten(n, s->signal_factor, solved);
-    for (size_t j = 0; j < n; j++) sum -= logarithm(s->signal_factor[j * n + j]);
+    for (size_t j = 0; j < n; j++) sum += logarithm(s->signal_factor[j * n + j]);
     return sum + cholesky_dot(n, solved, solved) / 2;
 }
 
@@ -155,17 +155,18 @@ static void follow(faults *s, real first, real last, real h)
 /* Return whether a sum of white innovations exceeds its threshold. */
 static int is_changed(const faults *s)
 {
+    const size_t n = s->n;
     const real now = s->clock[0];
-    for (size_t j = 0; j < s->n; j++) {
-        real sum = 0, N = 0;
-        int lag = 0;
-        for (int k = 0; lag < LAGS && now - k >= oldest(s); k++) {
-            const motion_record at = motion_at(s, now - k);
-            if (at.factor[0] != 0) sum += at.white[j], N++;
-            if (k + 1 != LAG[lag]) continue;
-            lag++;
-            if (sum * sum > 2 * s->limit * N) return 1;
-        }
+    real *sum = s->signal, N = 0;
+    memset(sum, 0, n * sizeof(real));
+    for (int k = 0, lag = 0; lag < LAGS && now - k >= oldest(s); k++) {
+        const motion_record at = motion_at(s, now - k);
+        for (size_t j = 0; j < n && at.factor[0] != 0; j++) sum[j] += at.white[j];
+        N += at.factor[0] != 0;
+        if (k + 1 != LAG[lag]) continue;
+        lag++;
+        for (size_t j = 0; j < n; j++)
+            if (sum[j] * sum[j] > 2 * s->limit * N) return 1;
     }
     return 0;
 }

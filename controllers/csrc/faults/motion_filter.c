@@ -18,9 +18,16 @@ motion_record motion_at(const faults *s, real tick)
     return own;
 }
 
+int motion_decompose(size_t n, const real *A, real *factor)
+{
+    if (cholesky_factor(n, A, factor)) return 1;
+    for (size_t i = 0; i < n; i++) factor[i * n + i] = 1 / factor[i * n + i];
+    return 0;
+}
+
 void motion_whiten(size_t n, const real *factor, real *x)
 {
-    for (size_t i = 0; i < n; i++) x[i] = (x[i] - cholesky_dot(i, factor + i * n, x)) / factor[i * n + i];
+    for (size_t i = 0; i < n; i++) x[i] = (x[i] - cholesky_dot(i, factor + i * n, x)) * factor[i * n + i];
 }
 
 void motion_advance(const faults *s, const real *W, real h, real *x)
@@ -88,14 +95,15 @@ static void begin(faults *s, real h)
 static void predict_covariance(const faults *s, const real *drift, real factor, real h, real *P)
 {
     const size_t n = s->n, N = 3 * n;
-    for (int pass = 0; pass < 2; pass++) {
-        for (size_t j = 0; j < N; j++) motion_advance(s, s->mobility, h, P + j * N);
-        for (size_t j = 0; j < N; j++)
-            for (size_t k = 0; k < j; k++) {
-                const real value = P[j * N + k];
-                P[j * N + k] = P[k * N + j], P[k * N + j] = value;
-            }
+    for (size_t j = 0; j < N; j++) motion_advance(s, s->mobility, h, P + j * N);
+    for (size_t j = 0; j < 2 * n; j++) {
+        for (size_t k = 0; k < j; k++) {
+            const real value = P[j * N + k];
+            P[j * N + k] = P[k * N + j], P[k * N + j] = value;
+        }
+        for (size_t k = 2 * n; k < N; k++) P[j * N + k] = P[k * N + j]; /* the loads do not change */
     }
+    for (size_t j = 0; j < 2 * n; j++) motion_advance(s, s->mobility, h, P + j * N);
     for (size_t j = 0; j < n; j++) P[(2 * n + j) * (N + 1)] += drift[j] * drift[j] * h * factor;
 }
 
@@ -126,16 +134,15 @@ static void predict_state(const faults *s, const real *change, real h, real *x)
     }
 }
 
-/* Correct by the fit of this tick. Return 0, or 1 if the covariance is not positive definite. `log_density`: of the
-   innovation, but for a constant. */
-static int correct(faults *s, real *x, real *P, const motion_record *now, real *log_density)
+/* Correct by the fit of this tick. Return 0, or 1 if the covariance is not positive definite. */
+static int correct(faults *s, real *x, real *P, const motion_record *now)
 {
     const size_t n = s->n, N = 3 * n;
     for (size_t j = 0; j < n; j++) {
         for (size_t k = 0; k < n; k++) s->matrix[j * n + k] = P[j * N + k] + s->spread[j * n + k];
         now->white[j] = s->q[j] + s->shift[j] - x[j];
     }
-    if (cholesky_factor(n, s->matrix, now->factor)) return 1;
+    if (motion_decompose(n, s->matrix, now->factor)) return 1;
     motion_whiten(n, now->factor, now->white);
     for (size_t j = 0; j < N; j++) {
         memcpy(now->gain + j * n, P + j * N, n * sizeof(real));
@@ -145,30 +152,23 @@ static int correct(faults *s, real *x, real *P, const motion_record *now, real *
     for (size_t j = 0; j < N; j++)
         for (size_t k = 0; k <= j; k++)
             P[j * N + k] = P[k * N + j] -= cholesky_dot(n, now->gain + j * n, now->gain + k * n);
-    real determinant = 1;
-    for (size_t j = 0; j < n; j++) determinant *= now->factor[j * n + j] / sqrt(s->spread[j * n + j]);
-    *log_density = -cholesky_dot(n, now->white, now->white) / 2 - logarithm(determinant);
     return 0;
 }
 
-/* Compute the covariance of the fit. */
-static void find_spread(faults *s)
+/* Return the log ratio of the densities of two innovations. */
+static real log_density_ratio(size_t n, const motion_record *a, const motion_record *b)
 {
-    const size_t n = s->n;
-    memset(s->spread, 0, n * n * sizeof(real));
-    for (size_t j = 0; j < n; j++) {
-        s->spread[j * n + j] = 1;
-        cholesky_solve(n, s->factor, s->spread + j * n);
-    }
+    real ratio = 1;
+    for (size_t j = 0; j < n; j++) ratio *= a->factor[j * n + j] / b->factor[j * n + j];
+    return logarithm(ratio) + (cholesky_dot(n, b->white, b->white) - cholesky_dot(n, a->white, a->white)) / 2;
 }
 
 int motion_filter(faults *s, real h, int steps, int is_fit)
 {
     const size_t n = s->n, N = 3 * n;
     const real now = s->clock[0], window = WINDOW * h;
-    real *x = s->motion_state, *P = s->motion_covariance, densities[2];
+    real *x = s->motion_state, *P = s->motion_covariance;
     s->substeps[0] = steps > 0 ? (1 + 1 / (real)steps) / 2 : 1;
-    find_spread(s);
     const int is_new = s->motion_begin[0] < 0 || s->motion_tick[0] != now - 1 || steps < 1;
     s->motion_tick[0] = now;
     if (is_new) {
@@ -186,13 +186,13 @@ int motion_filter(faults *s, real h, int steps, int is_fit)
     for (size_t k = 0; k < 2; k++) {
         predict_state(s, s->signal, h, x + k * N);
         predict_covariance(s, k ? s->load_change : s->load_noise, k ? 1 / window : s->agility[0], h, P + k * N * N);
-        if (is_fit && correct(s, x + k * N, P + k * N * N, k ? &agile : &own, &densities[k])) {
+        if (is_fit && correct(s, x + k * N, P + k * N * N, k ? &agile : &own)) {
             faults_forget_motion(s);
             return 0;
         }
     }
     if (!is_fit) return 1;
-    *own.agile = densities[1] - densities[0];
+    *own.agile = log_density_ratio(n, &agile, &own);
     if (s->followed[0] < 0) adapt(s, own.white);
     return 1;
 }

@@ -26,6 +26,8 @@ typedef struct {
 
 motion_record motion_at(const faults *s, real tick);
 
+/* Compute F with A = F F'; its diagonal contains the reciprocals. Return 0, or 1 if A is not positive definite. */
+int motion_decompose(size_t n, const real *A, real *factor);
 /* Compute x <- F^-1 x. */
 void motion_whiten(size_t n, const real *factor, real *x);
 /* Advance x = (q, qd, w) by h with the accelerations -W w. */

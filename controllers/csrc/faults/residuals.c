@@ -11,7 +11,7 @@
 
 static const real MIN_INDEPENDENT = (real)1e-4; /* 1 - h of a sensor that the others can verify */
 
-static const real MAX_DISTANCE = 100; /* of a pose whose errors of second order are negligible */
+static const real MAX_DISTANCE = 10; /* of a pose whose errors of second order are negligible */
 
 /* Return the variance of a length or encoder, and its derivative by q in `row`; 0: not measured. `difference`:
    measured minus expected at q. */
@@ -76,11 +76,10 @@ int faults_pose(faults *s)
     const size_t n = s->n;
     real distance = 0; /* d'C^-1 d, in squared standard deviations */
     if (fit(s)) return FAULTS_POSE_UNKNOWN;
-    for (size_t j = 0; j < n; j++) {
-        distance += s->shift[j] * cholesky_dot(n, s->normal + j * n, s->shift);
-        s->q[j] += s->shift[j];
-    }
-    return distance <= MAX_DISTANCE * MAX_DISTANCE ? FAULTS_POSE_NEAR : FAULTS_POSE_FAR;
+    for (size_t j = 0; j < n; j++) distance += s->shift[j] * cholesky_dot(n, s->normal + j * n, s->shift);
+    if (distance <= MAX_DISTANCE * MAX_DISTANCE) return FAULTS_POSE_NEAR;
+    for (size_t j = 0; j < n; j++) s->q[j] += s->shift[j];
+    return FAULTS_POSE_FAR;
 }
 
 /* Return the standard deviation of the error of an encoder's prediction that the constant errors of the lengths cause.
@@ -97,20 +96,31 @@ static real error_by_lengths(const faults *s, const real *solved, real independe
     return sqrt(sum) / independent;
 }
 
+/* Compute the covariance of the fit. */
+static void find_spread(faults *s)
+{
+    const size_t n = s->n;
+    memset(s->spread, 0, n * n * sizeof(real));
+    for (size_t j = 0; j < n; j++) {
+        s->spread[j * n + j] = 1;
+        cholesky_solve(n, s->factor, s->spread + j * n);
+    }
+}
+
 void faults_fit(faults *s)
 {
     const size_t n = s->n;
     const real *row;
     real difference, variance;
     const int is_singular = fit(s);
+    if (!is_singular) find_spread(s);
     for (size_t i = 0; i < s->c; i = next_geometric(s, i)) {
         variance = sensor(s, i, &row, &difference);
         if (is_singular || variance == 0) {
             store(s, i, 0, 0, 0);
             continue;
         }
-        memcpy(s->solved, row, n * sizeof(real));
-        cholesky_solve(n, s->factor, s->solved);
+        for (size_t j = 0; j < n; j++) s->solved[j] = cholesky_dot(n, s->spread + j * n, row);
         const real spread = cholesky_dot(n, row, s->solved);
         real residual = difference - cholesky_dot(n, row, s->shift), weight = 1 / (variance + spread), independent = 1;
         if (faults_is_used(s, i)) {
@@ -125,11 +135,16 @@ void faults_fit(faults *s)
     }
 }
 
+static real *sent(const faults *s, size_t i, real tick)
+{
+    return s->sent + (size_t)tick % WINDOW * s->m + i;
+}
+
 /* Return the force of a motor that is sent in this tick. */
 static real limited_command(const faults *s, size_t i, real h)
 {
     if (s->clock[0] == 0 || s->now[0] < s->start[0]) return s->commands[i];
-    const real before = s->sent[faults_at(s, i, s->clock[0] - 1)], change = h * s->force_rate[i];
+    const real before = *sent(s, i, s->clock[0] - 1), change = h * s->force_rate[i];
     return smaller(larger(s->commands[i], before - change), before + change);
 }
 
@@ -137,9 +152,9 @@ static real limited_command(const faults *s, size_t i, real h)
 static int expect_tension(faults *s, size_t i, real h, real share)
 {
     const real delayed = s->clock[0] - s->command_delay[0];
-    s->sent[faults_at(s, i, s->clock[0])] = limited_command(s, i, h);
+    *sent(s, i, s->clock[0]) = limited_command(s, i, h);
     if (delayed < 0) return 0;
-    const real target = s->sent[faults_at(s, i, delayed)];
+    const real target = *sent(s, i, delayed);
     s->expected[i] = delayed > 0 ? s->expected[i] + share * (target - s->expected[i]) : target;
     return s->now[0] >= s->start[0] + s->command_delay[0] * h;
 }

@@ -10,7 +10,7 @@
 #include "../../../sim_dart/csrc/named_arrays.h"
 #include "faults.h"
 
-enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, SIGNS = 4, RISES = 6, TURN = 1 << 20 };
+enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, PART = 4, SIGNS = 4, RISES = 6, TURN = 1 << 20 };
 
 /* ARRAY(name, number of reals). c channels, p parts. The arrays from clock to count form the internal state. */
 #define FAULTS_NAMED(ARRAY)                                                                            \
@@ -58,6 +58,8 @@ enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, SIGNS = 4, RISES = 6, TURN =
     ARRAY(expected, m)     /* tension behind the lag of the motor */                                   \
     ARRAY(residual, WINDOW *c)                                                                         \
     ARRAY(weight, WINDOW *c)                                                                           \
+    ARRAY(sums, WINDOW *c) /* of weight times residual, and of weights, in PART ticks */               \
+    ARRAY(weights, WINDOW *c)                                                                          \
     ARRAY(predicted, WINDOW *c)                                                                        \
     ARRAY(since, c)        /* first tick that may be used */                                           \
     ARRAY(last, c)         /* last measured value */                                                   \
@@ -113,7 +115,9 @@ enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, SIGNS = 4, RISES = 6, TURN =
     ARRAY(agile_white, n)                                                                              \
     ARRAY(substeps, 1)    /* q+ = q + h qd + substeps h^2 qdd, for equal steps within a tick */        \
     ARRAY(error, c)       /* standard deviation of the constant error of a prediction */               \
-    ARRAY(level, c)       /* largest statistic of each channel in this tick */                         \
+    ARRAY(sum, c)         /* of weighted residuals in a window, and of weights */                      \
+    ARRAY(information, c)                                                                              \
+    ARRAY(level, c)       /* largest statistic of each channel in this tick; 0 below its threshold */  \
     ARRAY(onset, c)       /* tick at which its window begins */
 #define FAULTS_ARRAYS(ARRAY) FAULTS_NAMED(ARRAY) FAULTS_REMEMBERED(ARRAY) FAULTS_WORK(ARRAY)
 
@@ -138,8 +142,7 @@ static inline int faults_is_measured(real noise)
 /* Return the index of a channel at a tick in the stored arrays. */
 static inline size_t faults_at(const faults *s, size_t channel, real tick)
 {
-    (void)s;
-    return channel * WINDOW + (size_t)tick % WINDOW;
+    return (size_t)tick % WINDOW * s->c + channel;
 }
 
 /* Return the part of a channel: sensors follow the muscles. */
@@ -164,8 +167,8 @@ void faults_count(faults *s, size_t channel, real measured, real variance);
 /* Compute the thresholds for a tick of h seconds. */
 void faults_set_limits(faults *s, real h);
 
-/* Compute `level` and `onset` of a channel. */
-void faults_scan(faults *s, size_t channel);
+/* Compute `level` and `onset` of all channels. */
+void faults_scan(faults *s);
 
 /* Decide about the suspect channels, and about the motion. */
 void faults_isolate(faults *s);

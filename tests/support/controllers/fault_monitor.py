@@ -67,7 +67,7 @@ class FaultMonitor:
         self._c.faults_reset(self._handle)
 
     def fit_pose(self) -> bool:
-        """Move the input q to the fit of lengths and encoders; return whether it was near."""
+        """Return whether q is near the fit of lengths and encoders; otherwise, move it there."""
         return self._c.faults_pose(self._handle) == 0
 
     def tick(self) -> int:

@@ -191,12 +191,11 @@ class FaultyArm:
             commands=self._command,
             q=estimator.q + STEP * estimator.qd * (self.ticks > 0),
         )
-        self._evaluate()
         is_near = False
-        for _ in range(5):
+        for _ in range(6):
             if not is_near:
-                is_near = monitor.fit_pose()
                 self._evaluate()
+                is_near = monitor.fit_pose()
         self._is_near = is_near
         if is_near:
             monitor.tick()

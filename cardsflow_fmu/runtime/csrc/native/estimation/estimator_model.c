@@ -59,6 +59,7 @@ static void write_outputs(const struct estimator_model *s, size_t n)
         memcpy(s->sd, s->deviations, n * sizeof(double));
     }
     write_offsets(s, n);
+    fault_monitor_write(&s->monitor);
     s->report[0] = s->innovation[0];
     s->report[1] = s->used[0];
     s->report[2] = s->status[0];
@@ -145,7 +146,6 @@ static int after_restore(struct model *model)
 {
     const struct native_model *native = model->backend;
     struct estimator_model *s = native->data;
-    fault_monitor_write(&s->monitor);
     write_outputs(s, native->robot.n);
     return 0;
 }

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_FITS = 5 }; /* of the pose, in a tick */
+enum { MAX_FITS = 6 }; /* of the pose, in a tick */
 
 /* Values of the report; the group fault_report has as many variables. */
 enum { COUNT, TIME, STATISTIC, THRESHOLD, CONFIDENCE, VALUE };
@@ -53,10 +53,8 @@ int fault_monitor_open(struct fault_monitor *s, const struct estimator_settings 
 
 void fault_monitor_reset(struct fault_monitor *s)
 {
-    if (!s->faults)
-        return;
-    faults_reset(s->faults);
-    fault_monitor_write(s);
+    if (s->faults)
+        faults_reset(s->faults);
 }
 
 double *fault_monitor_state(const struct fault_monitor *s, size_t *length)
@@ -123,11 +121,9 @@ static void replace_measurements(const struct fault_monitor *s)
 static int find_pose(const struct fault_monitor *s)
 {
     int status = FAULTS_POSE_FAR;
-    move(s);
     for (int k = 0; k < MAX_FITS && status == FAULTS_POSE_FAR; k++) {
+        move(s);
         status = faults_pose(s->faults);
-        if (status != FAULTS_POSE_UNKNOWN)
-            move(s);
     }
     return status != FAULTS_POSE_NEAR;
 }
@@ -144,7 +140,6 @@ void fault_monitor_tick(struct fault_monitor *s, double h)
     if (s->is_near)
         faults_tick(s->faults, h);
     replace_measurements(s);
-    fault_monitor_write(s);
 }
 
 /* The acceleration without loads is that of the prediction, before the correction, which contains the last loads. */
@@ -163,7 +158,6 @@ void fault_monitor_move(struct fault_monitor *s, double h, int steps)
     memcpy(array(s, "mobility"), mobility, n * n * sizeof(double));
     memcpy(array(s, "acting"), of_estimator(s, "last_tensions"), s->robot->m * sizeof(double));
     faults_move(s->faults, h * steps, steps);
-    fault_monitor_write(s);
 }
 
 static void write_report(const struct fault_monitor *s)
