@@ -48,7 +48,6 @@ void faults_reset(faults *s)
     memset(s->clock, 0, remembered(s) * sizeof(real));
     for (size_t i = 0; i < s->c; i++) s->suspicion[i] = -1;
     faults_forget_motion(s);
-    s->accepted[0] = -1;
     s->step = 0;
     for (size_t i = 0; i < s->p; i++) s->usable[i] = 1, s->other[i] = -1;
     memcpy(s->bound, s->f_max, s->m * sizeof(real));

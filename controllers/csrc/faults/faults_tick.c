@@ -83,7 +83,6 @@ static void turn_clock(faults *s)
     if (is_busy || s->clock[0] < TURN + WINDOW) return;
     s->clock[0] -= TURN, s->motion_tick[0] -= TURN;
     if (s->motion_begin[0] >= 0) s->motion_begin[0] = larger(s->motion_begin[0] - TURN, 0);
-    if (s->accepted[0] >= 0) s->accepted[0] = larger(s->accepted[0] - TURN, 0);
     for (size_t i = 0; i < s->c; i++) s->since[i] = larger(s->since[i] - TURN, 0);
 }
 

@@ -9,7 +9,7 @@ enum { MAX_WAIT = WINDOW, HYPOTHESES = 16, ENCODER_WAIT = 8, MAX_FOLLOWED = WIND
 enum { BEGINS = 11, MAX_SWAP_DELAY = 3 };
 static const int BEFORE[BEGINS] = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32};
 static const real MIN_CONFIDENCE = (real)0.99;
-static const real MIN_FACTOR = (real)4.6; /* logarithm of 100 */
+static const real MIN_FACTOR = (real)4.595; /* logarithm of the odds of MIN_CONFIDENCE */
 
 typedef struct {
     enum fault_kind kind;
@@ -235,7 +235,7 @@ void faults_isolate_motion(faults *s, real h)
     real sum, rest;
     if (!find_lost(s, s->m, &best, &sum)) return;
     const real factor = best.fit.factor, load = faults_load_factor(s), wait = s->followed[0];
-    const real limit = s->repeat_limit - (faults_is_loaded(s) ? 0 : logarithm((real)WINDOW));
+    const real limit = s->repeat_limit - (s->loaded[0] != 0 ? 0 : logarithm((real)WINDOW));
     if (!(factor > s->repeat_limit && factor - load > limit)) {
         if ((load - factor > MIN_FACTOR && !is_held(s)) || wait > MAX_FOLLOWED) faults_accept_load(s, 1);
         return;

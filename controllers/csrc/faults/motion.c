@@ -6,12 +6,13 @@
 
 #include <string.h>
 
-enum { AGES = 11, LAGS = 8, SHARES = 3, LOADED = 32 * WINDOW };
+enum { AGES = 11, LAGS = 8, SHARES = 3 };
 /* Possible ticks of a change before its detection, and lengths of the sums. */
 static const int AGE[AGES] = {0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 27};
 static const int LAG[LAGS] = {1, 2, 3, 4, 6, 10, 16, 28};
 static const real RISE[RISES] = {1, 2, 4, 8, 16, 32};     /* ticks in which a load grows */
-static const real SHARE[SHARES] = {1, (real)0.3, (real)0.1}; /* of the usual change of loads */
+/* Prior of the size of a load relative to the usual change of loads: constant for its logarithm. */
+static const real SHARE[SHARES] = {1, (real)0.3, (real)0.1};
 
 /* Advance the signature x of a load by a tick. Return its part of the white innovation in s->signal. */
 static void advance_signature(faults *s, const motion_record *at, const real *load, real h, real *x)
@@ -113,18 +114,13 @@ static real log_factor_of_change(faults *s, size_t o, size_t r, real share)
     return sum + cholesky_dot(n, solved, solved) / 2;
 }
 
-int faults_is_loaded(const faults *s)
-{
-    return s->accepted[0] >= 0 && s->clock[0] - s->accepted[0] < LOADED;
-}
-
-/* The most probable one of: a load that grows for some ticks, of any size if loads have changed lately; changing loads; larger
+/* The most probable one of: a load that grows for some ticks, of any size if a load has changed before; changing loads; larger
    innovations. */
 static real log_factor_of_load(faults *s, size_t o, size_t rises)
 {
     const real N = s->count[o], mean = s->squares[o] / larger(N, 1);
     real best = larger(s->agile[o], mean > 1 ? N * (mean - 1 - logarithm(mean)) / 2 : 0);
-    const size_t shares = faults_is_loaded(s) ? SHARES : 1;
+    const size_t shares = s->loaded[0] != 0 ? SHARES : 1;
     for (size_t r = 0; r < rises; r++)
         for (size_t k = 0; k < shares; k++) best = larger(best, log_factor_of_change(s, o, r, SHARE[k]));
     return best;

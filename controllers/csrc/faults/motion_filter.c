@@ -54,7 +54,7 @@ void faults_forget_motion(faults *s)
 
 void faults_accept_load(faults *s, int is_change)
 {
-    if (is_change) s->accepted[0] = s->clock[0];
+    if (is_change) s->loaded[0] = 1;
     const size_t N = 3 * s->n;
     memcpy(s->motion_state, s->motion_state + N, N * sizeof(real));
     memcpy(s->motion_covariance, s->motion_covariance + N * N, N * N * sizeof(real));

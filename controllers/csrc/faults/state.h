@@ -74,7 +74,7 @@ enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, PART = 4, SIGNS = 4, RISES =
     ARRAY(evidence, c)                                                                                 \
     ARRAY(suspicion, c)    /* tick at which a channel became suspect; -1: it is not */                 \
     ARRAY(motion_begin, 1) /* tick of the start of the filter; -1: none. Its last tick */              \
-    ARRAY(accepted, 1)     /* tick of the last change of the load; -1: none */                         \
+    ARRAY(loaded, 1)       /* 1 after the first change of the load */                                  \
     ARRAY(motion_tick, 1)                                                                              \
     ARRAY(motion_state, 6 * n) /* of two filters */                                                    \
     ARRAY(motion_covariance, 18 * n *n)                                                                \
@@ -179,7 +179,5 @@ int faults_follow_motion(faults *s, real h, int steps);
 /* Begin it again: after a fault; after a change of the load. */
 void faults_forget_motion(faults *s);
 void faults_accept_load(faults *s, int is_change);
-/* Return whether the load has changed lately. */
-int faults_is_loaded(const faults *s);
 
 #endif

@@ -10,19 +10,23 @@ MASS, BEGIN, END = 0.05, 130, 230
 L = np.array([0.03, 0.03, -0.02])
 
 
-def run(losses: np.ndarray, load: float = 0.0, end: int = END) -> FaultMonitor:
+def run(
+    losses: np.ndarray, load: float = 0.0, rise: int = 1, rate: float = 0.1, end: int = END
+) -> FaultMonitor:
     """Move a joint by known forces; from BEGIN on, shares of them are lost, and a load acts.
 
-    The encoder is accurate; cables have no length sensors. The model is exact.
+    The load rises for some ticks. The encoder is accurate; cables have no length sensors. The model
+    is exact.
     """
-    monitor, random = FaultMonitor(1, 3), np.random.default_rng(2)
+    monitor, random = FaultMonitor(1, 3, rate), np.random.default_rng(2)
     monitor.write(length_noise=np.inf, load_noise=0.05, load_change=3.0)
     q, qd = 0.0, 0.0
     for tick in range(end):
         forces = np.array([60.0, 60.0, 175.0]) + 40.0 * np.sin(0.11 * tick * np.array([1, 1, 1.7]))
         acceleration = -float(L @ forces) / MASS
         known = tick >= BEGIN
-        actual = acceleration + known * (float(L @ (losses * forces)) - load) / MASS
+        lost = known * float(L @ (losses * forces))
+        actual = acceleration + (lost - known * load * min((tick - BEGIN + 1) / rise, 1.0)) / MASS
         if tick:
             q, qd = q + STEP * (qd + STEP * actual), qd + STEP * actual
         measured = q + random.normal(0.0, NOISE)
@@ -59,3 +63,9 @@ def test_two_equal_muscles_are_both_reported_and_limited() -> None:
 @pytest.mark.parametrize("load", [-2.0, 0.3, 5.0])
 def test_unknown_load_is_not_a_lost_force(load: float) -> None:
     assert run(np.zeros(3), load).found == {}
+
+
+@pytest.mark.parametrize(("rise", "load"), [(4, 3.0), (16, -3.0), (20, -3.0)])
+def test_load_that_rises_is_not_a_lost_force(rise: int, load: float) -> None:
+    """A weak or a jammed muscle fits such a load better than a constant load does."""
+    assert run(np.zeros(3), load, rise, rate=1000.0).found == {}
