@@ -12,6 +12,7 @@ from cardsflow_fmu.experiment.motion.feedback import MotionFeedback
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.optimal.feedback import Stage, gains_along, stages, stationary_gain
 from controllers.optimal.problem import Iterate
+from sim_dart.dynamics.core import CoreDynamics
 
 from .muscles import actuators, control_bounds, resting_controls
 from .problem import MotionProblem
@@ -66,7 +67,8 @@ def _hold(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None:
     """Return state, controls, gain and weight of a rest at the end; None if it cannot rest."""
     assert experiment.motion is not None
-    n, dynamics, shooting = own.dynamics.n, own.dynamics, own.shooting
+    n, free, shooting = own.dynamics.n, own.free, own.shooting
+    dynamics = CoreDynamics(free.robot_at(at.parameters)) if free else own.dynamics
     if abs(at.x[-1, n : 2 * n]).max() > _AT_REST:
         return None
     q = at.x[-1, :n]
