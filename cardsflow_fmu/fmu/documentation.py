@@ -73,14 +73,9 @@ def _notes(fmu: FmuDescription) -> list[str]:
         "Directional derivatives are derivatives of the outputs after a step of the preferred "
         "length, with respect to inputs and tunable parameters at its beginning, and to positions "
         "and velocities of a plant. In initialization mode, they are derivatives of the outputs at "
-        "the start with respect to inputs and parameters. "
-        + (
-            "They are central differences with changes of at most 1e-6 (1 + |value|)."
-            if fmu.needs_tool
-            else "They are exact, also with respect to states of muscles."
-        )
-        + " At a limit of a command's range, such as a cable force of 0, the derivative is "
-        "one-sided, towards the inside of the range."
+        "the start with respect to inputs and parameters. They are exact, also with respect to "
+        "states of muscles. At a limit of a command's range, such as a cable force of 0, the "
+        "derivative is one-sided, towards the inside of the range."
         if fmu.has_derivatives
         else "There are no directional derivatives."
     )

@@ -96,7 +96,7 @@ def write_fmu(
         internal_step,
         native is not None and native.has_internal_steps,
         model_class.any_step,
-        model_class.has_derivatives if native is None else native.has_derivatives,
+        native is not None and native.has_derivatives,
         model_class.has_state,
         needs_tool=native is None,
         sources=compiled_files() if native is not None and sources else (),

@@ -45,11 +45,10 @@ class ControllerModel(CModel):
     """
 
     description = "Controller of muscle forces"
-    has_derivatives = True
 
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
-        self.steady_outputs, self._valid = self.indices("report"), self.views["valid"]
+        self._valid = self.views["valid"]
 
     def _open(self, experiment: Experiment) -> OpenedModel:
         opened = self._opened_in_c(experiment)

@@ -12,9 +12,8 @@ from cardsflow_fmu.cosim.signals.dependencies import Dependencies
 from cardsflow_fmu.cosim.signals.groups import Groups, all_ports, group_slices, group_views
 from cardsflow_fmu.cosim.signals.port import Port
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.runtime.derivatives import Indices
 from cardsflow_fmu.runtime.model import FmuModel
-from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.arrays import FloatArray, IntArray
 
 
 class ExperimentModel(FmuModel):
@@ -40,9 +39,9 @@ class ExperimentModel(FmuModel):
         state = self.values.copy(), self.get_state()
         return _restored_model, (type(self), self._experiment, *state)
 
-    def indices(self, *names: str) -> Indices:
+    def indices(self, *names: str) -> IntArray:
         """Return the indices of the variables of some groups in `values`."""
-        indices: Indices = np.arange(self.values.size, dtype=np.intp)
+        indices: IntArray = np.arange(self.values.size, dtype=np.intp)
         return np.concatenate([indices[self.places[name]] for name in names])
 
     @staticmethod

@@ -8,10 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from addin_sdfusion.robot import Robot
-from addin_sdfusion.robot.model.muscle_laws import command_range
 from cardsflow_fmu.cosim.signals.continuous import (
     continuous_groups,
     limited_sides,
@@ -29,8 +26,6 @@ from cardsflow_fmu.cosim.signals.muscles import (
 from cardsflow_fmu.cosim.signals.ports import plant_groups
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.plant import PlantSettings
-from cardsflow_fmu.runtime.derivatives import Indices
-from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import CoreDynamics, compile_blob
 from sim_dart.core.blob import fixed_energy
 from sim_dart.core.tasks import point_rows, task_rows
@@ -54,18 +49,8 @@ class PlantModel(CModel):
     """
 
     description = "Simulated robot with muscles"
-    has_derivatives = True
 
     opened: OpenedModel | DartPlant
-
-    def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
-        super().__init__(experiment, values)
-        self.states = self.indices("q", "qd", "states")
-        robot, commands = experiment.plant_robot, self.indices("commands")
-        self._state_order = np.array(state_order(robot), dtype=np.intp)
-        for index, k in zip(commands, commanded_muscles(robot), strict=True):
-            for ends, end in zip(self.ranges, command_range(robot.muscles[k].model), strict=True):
-                ends[index] = end
 
     def _open(self, experiment: Experiment) -> OpenedModel | DartPlant:
         if self.missing(experiment) is None:
@@ -113,21 +98,6 @@ class PlantModel(CModel):
         )
         fields["break_time"] = break_times(plant) or fields["break_time"]
         return encode("plant", compile_blob(robot), groups, counts, fields)
-
-    def set_states(self, states: FloatArray) -> None:
-        """Set q, qd and the states of muscles."""
-        numbers, rates = np.frombuffer(self.get_state()).copy(), 1 + 2 * self.views["q"].size
-        numbers[1:rates] = states[: rates - 1]
-        numbers[rates + self._state_order] = states[rates - 1 :]
-        self.set_state(numbers.tobytes())
-
-    def directional_derivative(
-        self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
-    ) -> FloatArray:
-        """Return a directional derivative: exact in C, by finite differences with DART."""
-        if isinstance(self.opened, DartPlant):
-            return super().directional_derivative(t, h, unknowns, knowns, seeds)
-        return self.opened.directional_derivative(t, h, unknowns, knowns, seeds)
 
 
 class ContinuousPlantModel(PlantModel):

@@ -105,30 +105,6 @@ class HostedModel:
             return self._fail(error)
         return None
 
-    def derivative(self, unknowns: bytes, knowns: bytes, seeds: bytes) -> bytes | str:
-        """Return derivatives of outputs, or an error message; the model stays usable.
-
-        Args:
-            unknowns: Indices of outputs, as uint32.
-            knowns: Indices of the variables that change, as uint32.
-            seeds: One float64 for each known.
-
-        Returns:
-            One float64 for each unknown.
-        """
-        try:
-            time, step = self._clock
-            answers = self._model.directional_derivative(
-                time,
-                step,
-                np.frombuffer(unknowns, np.uint32).astype(np.intp),
-                np.frombuffer(knowns, np.uint32).astype(np.intp),
-                np.frombuffer(seeds),
-            )
-            return answers.tobytes()
-        except BaseException as error:
-            return _failure(error)
-
     def _reset(self) -> None:
         if not self._has_failed:
             try:

@@ -9,11 +9,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu.cosim.signals.ports import Port
 from cardsflow_fmu.utils.arrays import FloatArray
-
-from .derivatives import Indices, directional_derivative
 
 
 class FmuModel(ABC):
@@ -34,19 +31,12 @@ class FmuModel(ABC):
         ports: The variables.
         values: Values of the variables.
         inputs, outputs, parameters: Views of `values`.
-        states: Indices of outputs that are states, for `set_states`.
-        steady_outputs: Indices of outputs with derivative zero, such as counters and measured
-            times.
-        ranges: Smallest and largest effective value of each variable, shapes (len(ports),). Values
-            beyond act like these. Most are infinite.
     """
 
     description: ClassVar[str] = ""
     """Description in one line, which is part of the FMU."""
     any_step: ClassVar[bool] = False
     """Whether steps may have any length, also different lengths."""
-    has_derivatives: ClassVar[bool] = False
-    """Whether the model has `directional_derivative`."""
     has_state: ClassVar[bool] = True
     """Whether the model has `get_state` and `set_state`; hardware does not."""
 
@@ -61,10 +51,6 @@ class FmuModel(ABC):
         self.inputs, self.outputs, self.parameters = np.split(
             self.values, [counts[0], counts[0] + counts[1]]
         )
-        self.states: Indices = np.empty(0, dtype=np.intp)
-        self.steady_outputs: Indices = np.empty(0, dtype=np.intp)
-        endless = np.full(len(self.ports), np.inf)
-        self.ranges: tuple[FloatArray, FloatArray] = (-endless, endless)
         self._start = np.array([port.start for port in self.ports])
         self.values[:] = self._start
 
@@ -114,28 +100,3 @@ class FmuModel(ABC):
         An FMU's model is closed when its host terminates the simulation. A second call does
         nothing. Outputs do not change, and `reset` restores the start values.
         """
-
-    def set_states(self, states: FloatArray) -> None:
-        """Set the states without a step in time.
-
-        Args:
-            states: One value for each of `self.states`.
-
-        Raises:
-            SimulationError: The model has `states` but does not implement this method.
-        """
-        raise SimulationError(f"{type(self).__name__} has states but no set_states()")
-
-    def directional_derivative(
-        self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
-    ) -> FloatArray:
-        """Return the derivative of outputs after a step with respect to knowns at its beginning.
-
-        See `derivatives` for the arguments, the method, and the possible knowns.
-
-        Raises:
-            InputError: The model has no derivatives, or a variable is not a known.
-        """
-        if not self.has_derivatives:
-            raise InputError("this FMU has no directional derivatives")
-        return directional_derivative(self, t, h, unknowns, knowns, seeds)

@@ -24,10 +24,6 @@ def native_library() -> ctypes.CDLL:
         "native_model_step": ([pointer, double, double], count),
         "native_model_get_state": ([pointer, pointer, pointer], count),
         "native_model_set_state": ([pointer, text, size], count),
-        "native_model_derivative": (
-            [pointer, double, double, size, pointer, size, *[pointer] * 3],
-            count,
-        ),
         "native_model_use": ([pointer, pointer, pointer], count),
         "native_model_array": ([pointer, text, pointer], ctypes.POINTER(double)),
         "native_model_message": ([pointer], text),

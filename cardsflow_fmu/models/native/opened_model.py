@@ -12,7 +12,6 @@ from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu.cosim.participant import CStep
 from cardsflow_fmu.cosim.signals.ports import Port
 from cardsflow_fmu.cosim.signals.variables import scalar_variables
-from cardsflow_fmu.runtime.derivatives import Indices
 from cardsflow_fmu.runtime.port_table import encode_port_table
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.compiled.library import address
@@ -102,26 +101,6 @@ class OpenedModel:
         """
         if self._library.native_model_set_state(self.handle, state, len(state)):
             raise InputError(self.message)
-
-    def directional_derivative(
-        self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
-    ) -> FloatArray:
-        """Return the derivative of outputs along a direction.
-
-        See `FmuModel.directional_derivative`.
-
-        Raises:
-            InputError: The derivative does not exist.
-        """
-        rows, columns = unknowns.astype(np.uint32), knowns.astype(np.uint32)
-        direction, result = np.ascontiguousarray(seeds, dtype=np.float64), np.empty(len(rows))
-        failed = self._library.native_model_derivative(
-            *(self.handle, t, h, len(rows), rows.ctypes.data, len(columns), columns.ctypes.data),
-            *(direction.ctypes.data, result.ctypes.data),
-        )
-        if failed:
-            raise InputError(self.message)
-        return result
 
     def use(self, law: ctypes.Structure, muscles: ctypes.Structure) -> None:
         """Set the Python callbacks of a controller; they must outlive the controller."""

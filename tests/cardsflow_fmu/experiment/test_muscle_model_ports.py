@@ -257,43 +257,6 @@ def commands_of(controller: ControllerModel) -> np.ndarray:
     return np.array([controller.values[k] for k, n in enumerate(names) if n != "solve_time"])
 
 
-def test_plant_derivatives_match_finite_differences_of_steps() -> None:
-    """d(tension, state)/d(command, state), compared with steps from changed values."""
-    model = PlantModel(arm(MIXED))
-    model.initialize()
-    names = [port.name for port in model.ports]
-    for name, value in (("u.cable_1", 0.4), ("u.cable_3", 500.0), ("f.cable_4", 12.0)):
-        model.values[names.index(name)] = value
-    for k in range(5):
-        model.step(1e-3 * k, 1e-3)
-    unknowns = ["tension.cable_1", "tension.cable_2", "tension.cable_3", "activation.cable_1"]
-    unknowns += ["pressure.cable_3", "qd.joint_1", "q.joint_2"]
-    at = [names.index(name) for name in unknowns]
-    for known in ("u.cable_1", "u.cable_3", "f.cable_4", "activation.cable_1", "pressure.cable_3"):
-        k = names.index(known)
-        slopes = model.directional_derivative(
-            0.005, 1e-3, np.array(at), np.array([k]), np.array([1.0])
-        )
-        d = 1e-4 * (1.0 + abs(model.values[k]))
-        values, state = model.values.copy(), model.get_state()
-        ends = []
-        for sign in (1.0, -1.0):
-            model.values[:] = values
-            model.set_state(state)
-            model.values[k] = values[k] + sign * d
-            if k in model.states:
-                model.set_states(model.values[model.states])
-            model.step(0.005, 1e-3)
-            ends.append(model.values[at].copy())
-        model.values[:] = values
-        model.set_state(state)
-        model.values[:] = values
-        expected = (ends[0] - ends[1]) / (2 * d)
-        scale = max(1.0, np.abs(expected).max())
-        np.testing.assert_allclose(slopes / scale, expected / scale, atol=1e-6)
-        assert np.abs(expected).max() > 0.0
-
-
 @pytest.mark.slow
 def test_energy_output_is_balanced() -> None:
     settings = {"plant.energy": True, "plant.integrator": "rk4", "run.duration": 1.0}

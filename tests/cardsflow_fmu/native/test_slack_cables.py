@@ -1,4 +1,4 @@
-"""Linear models at slack cables: both kinds of plant, compared with closed forms."""
+"""Linear models at slack cables, compared with closed forms."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from support.fmu.native_slopes import FloatArray
 from support.robots.robots import EXAMPLES, PLANAR_2R
 from support.run_modes import COMPUTE
 
+from addin_sdfusion.robot.model.muscle_laws import command_range
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.controller import ControllerModel
@@ -19,8 +20,7 @@ from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation.build import build
 from sim_dart import CoreDynamics
 
-KINDS = [pytest.param(True, marks=pytest.mark.native), False]
-"""Whether the plant is native; Python FMUs are not tested with sanitizers."""
+pytestmark = pytest.mark.native
 
 H = 1e-3
 PULLS = {
@@ -35,13 +35,12 @@ PULLS = {
 def slopes(
     experiment: Experiment,
     folder: Path,
-    native: bool,
     fmi: FmiVersion,
     commands: FloatArray,
     of: str = "qd",
 ) -> tuple[FloatArray, FloatArray]:
     """Return derivatives of outputs after a step, by single commands and a mixed direction."""
-    file = build(experiment, folder, compute=COMPUTE[native], fmi=fmi, arrays=False)["plant"]
+    file = build(experiment, folder, compute="c", fmi=fmi, arrays=False)["plant"]
     with running(file, folder / "unpacked") as host:
         muscles = [n for n in host.references if n.split(".")[0] in ("f", "u")]
         inputs = [host.references[name] for name in muscles]
@@ -74,17 +73,16 @@ def closed_form(experiment: Experiment) -> FloatArray:
 @pytest.mark.cases(8)
 @pytest.mark.slow
 @pytest.mark.parametrize("version", ["3.0", "2.0"])
-@pytest.mark.parametrize("native", KINDS)
 @pytest.mark.parametrize("pull", PULLS)
 def test_cable_at_zero_force_has_the_derivative_of_a_pull(
-    pull: str, native: bool, version: FmiVersion, tmp_path: Path
+    pull: str, version: FmiVersion, tmp_path: Path
 ) -> None:
     """B = -M^-1 L' for forces >= 0: the derivative on the side on which cables pull."""
     experiment = Experiment.load(PLANAR_2R)
     commands = PULLS[pull](np.array([muscle.f_min for muscle in experiment.robot.muscles]))
     expected = closed_form(experiment)
     size = np.abs(expected).max()
-    single, mixed = slopes(experiment, tmp_path, native, version, commands)
+    single, mixed = slopes(experiment, tmp_path, version, commands)
     np.testing.assert_allclose(single, expected, atol=1e-7 * size)
     np.testing.assert_allclose(mixed, expected @ directions(commands.size), atol=1e-7 * size)
 
@@ -112,14 +110,13 @@ def test_commands_start_with_those_before_the_first_tick(example: str, tmp_path:
     assert {float(tables[0][port.name]) for port in commands} == {port.start for port in commands}
 
 
-@pytest.mark.parametrize("native", KINDS)
-def test_cable_with_negative_force_is_slack(native: bool, tmp_path: Path) -> None:
+def test_cable_with_negative_force_is_slack(tmp_path: Path) -> None:
     """For any negative force, independent of other cables."""
     experiment = Experiment.load(PLANAR_2R)
     commands = np.array([-1e-9, 0.0, 3.0, -2.0])
     expected = closed_form(experiment) * (commands >= 0)
     size = np.abs(expected).max()
-    single, mixed = slopes(experiment, tmp_path, native, "2.0", commands)
+    single, mixed = slopes(experiment, tmp_path, "2.0", commands)
     assert not single[:, commands < 0].any()
     np.testing.assert_allclose(single, expected, atol=1e-7 * size)
     np.testing.assert_allclose(mixed, expected @ directions(commands.size), atol=1e-7 * size)
@@ -130,13 +127,11 @@ def test_cable_with_negative_force_is_slack(native: bool, tmp_path: Path) -> Non
 def test_commands_at_the_ends_of_their_range(at_the_top: bool, tmp_path: Path) -> None:
     """Muscles with laws have the derivative inside: pressures change by 1 - exp(-h / T)."""
     experiment = Experiment.load(EXAMPLES / "pneumatic_elbow", {"plant.energy": False})
-    model = PlantModel(experiment)
-    ends = model.ranges[int(at_the_top)][model.indices("commands")]
+    ranges = [command_range(muscle.model) for muscle in experiment.robot.muscles]
+    ends = np.array(ranges)[:, int(at_the_top)]
     assert np.isfinite(ends).all()
     (T,) = {dict(m.model.parameters)["pressure_time_constant"] for m in experiment.robot.muscles}
     expected = (1 - np.exp(-H / T)) * np.eye(ends.size)
-    for native in (True, False):
-        folder = tmp_path / str(native)
-        single, mixed = slopes(experiment, folder, native, "2.0", ends, "pressure")
-        np.testing.assert_allclose(single, expected, rtol=1e-6, atol=1e-9)
-        np.testing.assert_allclose(mixed, expected @ directions(ends.size), rtol=1e-6)
+    single, mixed = slopes(experiment, tmp_path, "2.0", ends, "pressure")
+    np.testing.assert_allclose(single, expected, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(mixed, expected @ directions(ends.size), rtol=1e-6)

@@ -1,4 +1,4 @@
-"""Small model with arrays, states and closed-form derivatives, for tests of the runtime."""
+"""Small model with arrays, for tests of the runtime."""
 
 from __future__ import annotations
 
@@ -33,12 +33,9 @@ class ArrayModel(FmuModel):
     """Model of x' = gain u^3 - sin x, integrated by Euler's method if `on` is set."""
 
     description = "Two of a kind"
-    has_derivatives = True
 
     def __init__(self, values: FloatArray | None = None) -> None:
         super().__init__(PORTS, values)
-        self.states = np.array([INDEX["x.a"], INDEX["x.b"]])
-        self.steady_outputs = np.array([INDEX["calls"]])
         self._count = 0.0
         self._x = np.zeros(2)
 
@@ -62,9 +59,6 @@ class ArrayModel(FmuModel):
     def set_state(self, state: bytes) -> None:
         values = np.frombuffer(state)
         self._x, self._count = values[:2].copy(), float(values[2])
-
-    def set_states(self, states: FloatArray) -> None:
-        self._x = states.copy()
 
     def _write(self, moving: FloatArray) -> None:
         self.outputs[:] = *self._x, *moving, self._count

@@ -85,18 +85,6 @@ int native_model_set_state(struct opened_model *opened, const void *bytes, size_
     return opened->model.functions->set_state(&opened->model, bytes, size);
 }
 
-int native_model_derivative(struct opened_model *opened, double t, double h, size_t unknown_count,
-                            const uint32_t *unknowns, size_t known_count, const uint32_t *knowns,
-                            const double *seeds, double *answers)
-{
-    const struct derivative request = {unknown_count, unknowns, known_count, knowns, seeds, answers};
-    struct model *model = at(opened, t, h);
-    if (model->functions->derivative)
-        return model->functions->derivative(model, &request);
-    text_set(&model->error, "this model has no directional derivatives");
-    return 1;
-}
-
 int native_model_use(struct opened_model *opened, const control_law *law, const struct muscle_functions *muscles)
 {
     return native_controller_use(&opened->model, law, muscles);

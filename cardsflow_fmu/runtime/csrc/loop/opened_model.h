@@ -44,9 +44,6 @@ NATIVE_API int native_model_step(struct opened_model *opened, double t, double h
 /* The bytes belong to the model and are valid until the next call. */
 NATIVE_API int native_model_get_state(struct opened_model *opened, void **bytes, size_t *size);
 NATIVE_API int native_model_set_state(struct opened_model *opened, const void *bytes, size_t size);
-NATIVE_API int native_model_derivative(struct opened_model *opened, double t, double h, size_t unknown_count,
-                                       const uint32_t *unknowns, size_t known_count, const uint32_t *knowns,
-                                       const double *seeds, double *answers);
 
 /* Set Python functions of a controller: see native/controller/controller.h. */
 NATIVE_API int native_model_use(struct opened_model *opened, const control_law *law,

@@ -9,12 +9,10 @@
 
 enum { CLOCK_SIZE = 2 };
 
-/* The callables return None on success, or an error message; get_state and derivative return bytes or an
- * error message. */
-enum callable { INITIALIZE, STEP, RESET, TERMINATE, GET_STATE, SET_STATE, DERIVATIVE, CALLABLES };
+/* The callables return None on success, or an error message; get_state returns bytes or an error message. */
+enum callable { INITIALIZE, STEP, RESET, TERMINATE, GET_STATE, SET_STATE, CALLABLES };
 
-static const char *const NAMES[CALLABLES] = {"initialize", "step",      "reset",     "terminate",
-                                             "get_state",  "set_state", "derivative"};
+static const char *const NAMES[CALLABLES] = {"initialize", "step", "reset", "terminate", "get_state", "set_state"};
 
 struct python_model {
     struct python_api py;
@@ -157,55 +155,6 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     return failed;
 }
 
-static python_object *as_bytes(const struct python_api *py, const void *items, size_t size)
-{
-    return py->PyBytes_FromStringAndSize(items, (python_ssize)size);
-}
-
-/* Read the answers of the model from the bytes that it returned. Return 0, or nonzero with a message. */
-static int take_answers(const struct python_api *py, python_object *result,
-                        const struct derivative *request, struct text *error)
-{
-    void *bytes = NULL;
-    size_t size = 0, expected = request->unknown_count * sizeof *request->answers;
-    if (copy_bytes(py, result, &bytes, &size, error))
-        return 1;
-    if (size == expected && size > 0)
-        memcpy(request->answers, bytes, size);
-    else if (size != expected)
-        text_set(error, "the model returned a wrong number of values");
-    free(bytes);
-    return size != expected;
-}
-
-static int derivative(struct model *model, const struct derivative *request)
-{
-    struct python_model *self = model->backend;
-    const struct python_api *py = &self->py;
-    python_object *result = NULL;
-    int failed = 1;
-    int gil = py->PyGILState_Ensure();
-    python_object *unknowns =
-        as_bytes(py, request->unknowns, request->unknown_count * sizeof *request->unknowns);
-    python_object *knowns =
-        as_bytes(py, request->knowns, request->known_count * sizeof *request->knowns);
-    python_object *seeds =
-        as_bytes(py, request->seeds, request->known_count * sizeof *request->seeds);
-    if (unknowns && knowns && seeds)
-        result = py->PyObject_CallFunctionObjArgs(self->callables[DERIVATIVE], unknowns, knowns,
-                                                  seeds, NULL);
-    if (result)
-        failed = take_answers(py, result, request, &model->error);
-    else
-        take_exception(py, &model->error);
-    drop(py, unknowns);
-    drop(py, knowns);
-    drop(py, seeds);
-    drop(py, result);
-    py->PyGILState_Release(gil);
-    return failed;
-}
-
 static void drop_all(struct python_model *self)
 {
     for (int i = 0; i < CALLABLES; i++)
@@ -231,7 +180,6 @@ static const struct model_functions FUNCTIONS = {
     .terminate = terminate,
     .get_state = get_state,
     .set_state = set_state,
-    .derivative = derivative,
     .close = close_model,
 };
 

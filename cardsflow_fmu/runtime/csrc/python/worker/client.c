@@ -177,33 +177,6 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     return call_with(model, COMMAND_SET_STATE, bytes, size);
 }
 
-/* Encode the request as bytes: both counts, unknowns, knowns, seeds. */
-static int derivative(struct model *model, const struct derivative *request)
-{
-    struct python_worker *self = model->backend;
-    size_t n = request->unknown_count, m = request->known_count;
-    size_t indices = (2 + n + m) * sizeof(uint32_t), size = indices + m * sizeof(double);
-    unsigned char *bytes = malloc(size);
-    uint32_t counts[2] = {(uint32_t)n, (uint32_t)m};
-    if (!bytes) {
-        text_set(&model->error, "out of memory");
-        return 1;
-    }
-    memcpy(bytes, counts, sizeof counts);
-    memcpy(bytes + sizeof counts, request->unknowns, n * sizeof(uint32_t));
-    memcpy(bytes + sizeof counts + n * sizeof(uint32_t), request->knowns, m * sizeof(uint32_t));
-    memcpy(bytes + indices, request->seeds, m * sizeof(double));
-    int failed = call_with(model, COMMAND_DERIVATIVE, bytes, size);
-    free(bytes);
-    if (!failed && self->channel.bytes.size != n * sizeof(double)) {
-        text_set(&model->error, "the worker process returned a wrong number of derivatives");
-        return 1;
-    }
-    if (!failed && n)
-        memcpy(request->answers, self->channel.bytes.at, n * sizeof(double));
-    return failed;
-}
-
 static void free_worker(struct python_worker *self)
 {
     stop(self, 0);
@@ -229,7 +202,6 @@ static const struct model_functions FUNCTIONS = {
     .terminate = terminate,
     .get_state = get_state,
     .set_state = set_state,
-    .derivative = derivative,
     .close = close_model,
 };
 

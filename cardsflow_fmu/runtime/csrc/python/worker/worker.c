@@ -52,49 +52,6 @@ int cardsflow_worker_reject(const char *links, const char *reason)
     return 0;
 }
 
-/* Return whether the bytes are a valid request; `request` then points into them. */
-static int read_request(const struct bytes *bytes, struct derivative *request)
-{
-    uint32_t counts[2];
-    if (bytes->size < sizeof counts)
-        return 0;
-    memcpy(counts, bytes->at, sizeof counts);
-    size_t n = counts[0], m = counts[1];
-    if (bytes->size != sizeof counts + (n + m) * sizeof(uint32_t) + m * sizeof(double))
-        return 0;
-    request->unknown_count = n;
-    request->known_count = m;
-    request->unknowns = (const uint32_t *)(const void *)(bytes->at + sizeof counts);
-    request->knowns = request->unknowns + n;
-    return 1;
-}
-
-/* Compute derivatives; the caller frees the answers. */
-static int derive(struct model *model, const struct bytes *bytes, void **answers, size_t *size)
-{
-    struct derivative request;
-    if (!model->functions->derivative || !read_request(bytes, &request)) {
-        text_set(&model->error, "no directional derivatives");
-        return 1;
-    }
-    size_t m = request.known_count;
-    double *seeds = malloc((m + 1) * sizeof *seeds);
-    double *values = malloc((request.unknown_count + 1) * sizeof *values);
-    int failed = !seeds || !values;
-    if (failed) {
-        text_set(&model->error, "out of memory");
-    } else {
-        memcpy(seeds, request.knowns + m, m * sizeof *seeds);
-        request.seeds = seeds;
-        request.answers = values;
-        failed = model->functions->derivative(model, &request);
-    }
-    free(seeds);
-    *answers = values;
-    *size = request.unknown_count * sizeof *values;
-    return failed;
-}
-
 static int execute(struct model *model, enum command command, const struct bytes *bytes,
                    void **answer, size_t *size)
 {
@@ -111,8 +68,6 @@ static int execute(struct model *model, enum command command, const struct bytes
         return model->functions->get_state(model, answer, size);
     case COMMAND_SET_STATE:
         return model->functions->set_state(model, bytes->at, bytes->size);
-    case COMMAND_DERIVATIVE:
-        return derive(model, bytes, answer, size);
     default:
         text_set(&model->error, "unknown command %d", (int)command);
         return 1;
