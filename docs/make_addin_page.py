@@ -123,7 +123,7 @@ def _of(item: Input, tab: Input | None) -> tuple[Input, ...]:
 
 
 def _line(item: Input, example: Example) -> str:
-    """One input, with what it holds."""
+    """Return the HTML of an input with its value."""
     if item.id in example.hidden:
         return ""
     about = f' title="{escape(item.tooltip)}"' if item.tooltip else ""
@@ -212,7 +212,7 @@ def picture() -> None:
 
 
 def shot(chromium: str, text: str, size: tuple[int, int], colors: int, margin: int = 24) -> bytes:
-    """A page as a picture of so many colours, without what is empty right and below."""
+    """Return a PNG of a page with a number of colours, without empty right and lower margins."""
     with tempfile.TemporaryDirectory() as folder:
         shot, html = Path(folder) / "page.png", Path(folder) / "page.html"
         html.write_text(text, encoding="utf-8")

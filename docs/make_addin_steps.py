@@ -209,7 +209,7 @@ class _Shown(NamedTuple):
 
 
 def _example(command: Any, tab: Input) -> _Shown:
-    """Return what the inputs of a tab contain."""
+    """Return the contents of the inputs of a tab."""
     values, cells, choices = {}, {}, {}
     for item in (*tab.children, *(i for i in DEFINE.inputs if i.kind != "tab")):
         if item.kind == "table":

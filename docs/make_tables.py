@@ -480,7 +480,7 @@ def robots_page() -> str:
 
 
 def _treatments(capabilities: Capabilities, feature: Feature) -> str:
-    """Return what a format does with a feature, with the cases."""
+    """Return how a format treats a feature, with the cases."""
     cases: dict[str, list[str]] = {}
     for row in capabilities.rows:
         if feature.name in [supported.name for supported in row.features]:

@@ -32,7 +32,7 @@ dynamics, paths = control_dynamics(robot), MusclePaths(robot)
 
 
 def draw(file: Path) -> None:
-    """The upright section through the middle: where the loads are held, and what is to spare."""
+    """Draw the vertical section at y = 0: the wrench-feasible poses and their torque margin."""
     poses = joint_grid([-1.5, 0, 0.2, 0, 0, 0], [1.5, 0, 2.3, 0, 0, 0], [31, 1, 22, 1, 1, 1])
     section = workspace(
         dynamics,
@@ -55,7 +55,7 @@ def draw(file: Path) -> None:
 
 
 def compare(q: np.ndarray, load: np.ndarray) -> None:
-    """Distributions that hold the platform against a load, and the stiffness with them."""
+    """Print force distributions that balance a load on the platform, and the stiffness of each."""
     L, tau, lengths = (
         dynamics.muscle_jacobian(q),
         dynamics.gravity(q) + load,

@@ -1,4 +1,4 @@
-"""Another tool's controller of the two-link arm, by PythonFMU: PD torques, shared out to cables.
+"""PD controller of the two-link arm as an FMU of another tool, PythonFMU.
 
 pythonfmu build -f pd_controller.py two_link_arm.py
 """
@@ -8,16 +8,16 @@ from two_link_arm import CABLES, cable_torques
 
 JOINTS = ("joint_1", "joint_2")
 KP, KD = 100.0, 5.0
-"""In [N m/rad] and [N m s/rad]."""
+"""Gains, in [N m/rad] and [N m s/rad]."""
 MEAN, MIN_FORCE, MAX_FORCE = 30.0, 10.0, 100.0
-"""Forces of the cables, in [N]: those nearest to the mean that have the torques, then cut off."""
+"""Cable forces, in [N]: the closest ones to the mean that produce the torques, then clipped."""
 
 
 class PdController(Fmi2Slave):
-    """A controller without masses and gravity; it stays a little behind the reference."""
+    """PD controller without a model of inertia and gravity; its tracking error is not zero."""
 
     def __init__(self, **kwargs):
-        """Variables have the names of the robot's ports, so that no map is needed."""
+        """Declare variables with the names of the robot's ports, so that no mapping is needed."""
         super().__init__(**kwargs)
         groups = ("q", "qd", "q_d", "qd_d")
         self.inputs = {f"{group}.{joint}": 0.0 for group in groups for joint in JOINTS}
@@ -28,7 +28,7 @@ class PdController(Fmi2Slave):
             self.declare(self.outputs, name, Fmi2Causality.output)
 
     def declare(self, values, name, causality):
-        """A variable that lives in a dictionary."""
+        """Register a variable whose value is in a dictionary."""
         self.register_variable(
             Real(
                 name,
@@ -39,7 +39,7 @@ class PdController(Fmi2Slave):
         )
 
     def do_step(self, current_time, step_size):
-        """A tick: the forces for what the inputs say."""
+        """Compute the cable forces from positions, velocities and their references."""
         s = self.inputs
         t1, t2 = (
             KP * (s[f"q_d.{j}"] - s[f"q.{j}"]) + KD * (s[f"qd_d.{j}"] - s[f"qd.{j}"])

@@ -1,4 +1,4 @@
-"""The two-link arm of examples/planar_2r, written once more, as another tool's plant by PythonFMU.
+"""Plant of examples/planar_2r as an FMU of another tool, PythonFMU.
 
 pythonfmu build -f two_link_arm.py
 """
@@ -8,13 +8,13 @@ from math import cos, hypot, sin
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real
 
 MASS, GRAVITY = 0.1, 9.81
-"""Of each link, in [kg], in the middle of its 1 m, and in [m/s²]."""
+"""Mass of each link of 1 m, at its middle, in [kg]; gravity, in [m/s²]."""
 CABLES = {"cable_1": (0.5, 0), "cable_2": (1.5, 1), "cable_3": (-0.5, 0), "cable_4": (-1.5, 1)}
-"""Where each leaves the ground, in [m], and the number of the link that it pulls."""
+"""Attachment of each cable to the ground, in [m], and the index of the link that it pulls."""
 
 
 def cable_torques(ground, link, angles):
-    """What 1 N in a cable does to the absolute angles of the links, in [N m]."""
+    """Return the torques of a cable force of 1 N at the absolute angles of the links, in [N m]."""
     side = 0.1 if ground > 0 else -0.1
     s, c = sin(angles[link]), cos(angles[link])
     x, z = side * c + 0.8 * s, 0.8 * c - side * s
@@ -30,10 +30,10 @@ def cable_torques(ground, link, angles):
 
 
 class TwoLinkArm(Fmi2Slave):
-    """Variables have the names of the robot's ports, so that no map is needed."""
+    """Two-link arm; its variables have the names of the robot's ports."""
 
     def __init__(self, **kwargs):
-        """At rest where the reference begins."""
+        """Start at rest in the first pose of the reference."""
         super().__init__(**kwargs)
         self.inputs = {f"f.{cable}": 0.0 for cable in CABLES}
         self.outputs = {"q.joint_1": -0.5, "q.joint_2": 0.5, "qd.joint_1": 0.0, "qd.joint_2": 0.0}
@@ -43,7 +43,7 @@ class TwoLinkArm(Fmi2Slave):
             self.declare(self.outputs, name, Fmi2Causality.output)
 
     def declare(self, values, name, causality):
-        """A variable that lives in a dictionary."""
+        """Register a variable whose value is in a dictionary."""
         self.register_variable(
             Real(
                 name,
@@ -54,7 +54,7 @@ class TwoLinkArm(Fmi2Slave):
         )
 
     def do_step(self, current_time, step_size):
-        """Lagrange's equations in absolute angles, by the semi-implicit Euler rule."""
+        """Step Lagrange's equations in absolute angles by the semi-implicit Euler method."""
         q1, q2, v1, v2 = self.outputs.values()
         angles, rates = (q1, q1 + q2), (v1, v1 + v2)
         between = angles[0] - angles[1]

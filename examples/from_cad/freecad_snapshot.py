@@ -5,12 +5,12 @@ from pathlib import Path
 
 import FreeCAD
 
-MM, DENSITY = 0.001, 2700.0  # what FreeCAD's lengths are, and what parts weigh, in kg/m³
+MM, DENSITY = 0.001, 2700.0  # unit of lengths in FreeCAD, in m; density of all parts, in kg/m³
 document = FreeCAD.ActiveDocument
 
 
 def vector(v, unit=MM):
-    """A vector of FreeCAD as numbers."""
+    """Return a vector of FreeCAD as numbers."""
     return [unit * v.x, unit * v.y, unit * v.z]
 
 
@@ -36,7 +36,7 @@ for part in document.findObjects("App::Part"):
         mass = {"mass": m, "com": [x, y, z], "moments": moments, "principal": principal}
         bodies.append({"name": body.Label, "occurrence": path, "mass": mass})
 
-# To be filled in from what your assembly has; their keys are in docs/reference/snapshot.md.
+# Fill in joints, points and muscles of your assembly; docs/reference/snapshot.md lists the keys.
 joints, points, muscles = [], [], []
 
 design = {

@@ -1,4 +1,4 @@
-"""Writes roboy_left_arm.json: the design that a CAD system would have of Roboy's left arm.
+"""Write roboy_left_arm.json, the snapshot of a CAD design of Roboy's left arm.
 
 python examples/from_cad/make_roboy_left_arm.py
 
@@ -37,16 +37,16 @@ EXAMPLES = Path(__file__).parents[1]
 FILE = Path(__file__).with_name("roboy_left_arm.json")
 COLORS = ("#4477aa", "#66ccee", "#228833", "#ccbb44", "#ee6677")
 WIDTH = 0.03  # of the bars, in [m]
-NO_LIMIT = 1e6  # what published files have where a joint has no limit
+NO_LIMIT = 1e6  # in published files, for a joint without limit
 
 
 def place(pose: Pose) -> Transform:
-    """A pose as a transform."""
+    """Return a pose as a transform."""
     return Transform(rotation(pose.rpy), pose.position)
 
 
 def poses(robot: Robot) -> dict[str, Transform]:
-    """T_world_link of every link, at the initial pose of a robot whose joints all turn."""
+    """Return T_world_link of every link at the initial pose; all joints must be revolute."""
     T_world = {WORLD: IDENTITY}
     for joint in robot.joints:
         T = T_world[joint.parent].compose(place(joint.T_parent_joint))
@@ -58,7 +58,7 @@ def poses(robot: Robot) -> dict[str, Transform]:
 
 
 def mass(inertia: Inertia, T: Transform) -> MassSnapshot:
-    """Mass properties about the root's origin."""
+    """Return the mass properties about the origin of the root."""
     R, com = np.array(T.R), np.array(T.apply(inertia.com))
     J = R @ np.array(inertia.matrix) @ R.T
     J_root = J + inertia.mass * (com @ com * np.eye(3) - np.outer(com, com))
@@ -69,7 +69,7 @@ def mass(inertia: Inertia, T: Transform) -> MassSnapshot:
 
 
 def bar(start: np.ndarray, end: np.ndarray) -> MeshSnapshot:
-    """A square bar between two points."""
+    """Return a square bar between two points."""
     along = end - start
     length = np.linalg.norm(along)
     along = along / length if length > WIDTH else np.array([0.0, 0.0, 1.0])
@@ -87,13 +87,13 @@ def bar(start: np.ndarray, end: np.ndarray) -> MeshSnapshot:
 
 
 def body(link: Link, T: Transform, end: tuple[float, float, float], color: str) -> BodySnapshot:
-    """A link's bar, with all of the link's mass."""
+    """Return the bar of a link, with the mass of the link."""
     mesh = bar(np.array(T.p), np.array(T.apply(end)))
     return BodySnapshot("bar", f"{link.name}:1", mass=mass(link.inertia, T), mesh=mesh, color=color)
 
 
 def hinge(joint: Joint, T: dict[str, Transform]) -> JointSnapshot:
-    """A revolute joint."""
+    """Return a revolute joint."""
     (motion,), (c,) = joint.motions, joint.coordinates
     at = T[joint.parent].compose(place(joint.T_parent_joint))
     limits = (value if abs(value) < NO_LIMIT else None for value in (c.lower, c.upper))
@@ -103,7 +103,7 @@ def hinge(joint: Joint, T: dict[str, Transform]) -> JointSnapshot:
 
 
 def points(robot: Robot, T: dict[str, Transform]):
-    """The muscles' points and the hand's."""
+    """Yield the via points of the muscles and the end-effector point."""
     for muscle in robot.muscles:
         for number, via in enumerate(muscle.via_points, start=1):
             path = "torso:1" if via.link == WORLD else f"{via.link}:1"
@@ -116,7 +116,7 @@ def points(robot: Robot, T: dict[str, Transform]):
 
 
 def design() -> DesignSnapshot:
-    """The design."""
+    """Return the design."""
     robot = read_robot(EXAMPLES / "roboy_left_arm/robot")
     T = poses(robot)
     distal = {joint.parent: joint.T_parent_joint.position for joint in robot.joints}

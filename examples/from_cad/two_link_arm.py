@@ -27,14 +27,14 @@ RADIUS = (3.0 * MASS / (4.0 * pi * GOLD)) ** (1 / 3)  # [mm]
 
 
 def link(name: str) -> Compound:
-    """A bar that weighs nothing, having no material, with a ball at its middle."""
+    """Return a massless bar, without material, with a ball at its middle."""
     bar = Box(20, 20, LENGTH, align=(Align.CENTER, Align.CENTER, Align.MIN))
     bar.label = "bar"
     ball = Pos(0, 0, LENGTH / 2) * Sphere(RADIUS)
     ball.label, ball.material = "ball", "gold"
     assembly = Compound(label=name, children=[bar, ball])
-    RigidJoint("foot", assembly, Axis.Y.location)  # its z is what the joint's axis comes to lie on
-    for side, x in (("left", -100), ("right", 100)):  # names for places: where muscles end
+    RigidJoint("foot", assembly, Axis.Y.location)  # its z axis becomes the joint axis
+    for side, x in (("left", -100), ("right", 100)):  # attachments of muscles
         RigidJoint(side, assembly, Location((x, 0, 0.8 * LENGTH)))
     return assembly
 

@@ -1,10 +1,10 @@
-"""The same controller on plant.fmu and then on hardware.fmu, with both in one figure.
+"""Run a controller on plant.fmu, then on hardware.fmu, and draw both in one figure.
 
     python examples/hardware_in_the_loop/compare.py planar_2r -o compared
     python examples/hardware_in_the_loop/compare.py roboy_left_arm -o compared
 
-The hardware is the device emulator, in a process of its own, in real time. With --hardware URI it
-is the device at that address: another machine, the reference device, a robot.
+The hardware is the device emulator, in a separate process in real time. With --hardware URI it is
+the device at that address: another machine, the reference device, or a robot.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ RATES: dict[str, dict[str, float]] = {
     "planar_2r": {"controller.period": 0.001, "run.step": 0.001},
     "roboy_left_arm": {"controller.period": 0.002, "run.step": 0.002},
 }
-"""Rates of the examples: 1 kHz, and 500 Hz."""
+"""Steps of the examples, for 1 kHz and 500 Hz, in [s]."""
 
 
 @contextlib.contextmanager
 def emulator(experiment: Path, key_file: str | None = None) -> Iterator[str]:
-    """A device emulator in a process of its own; its address."""
+    """Yield the address of a device emulator in a separate process."""
     command = [sys.executable, "-m", "cardsflow_fmu.cli", "device", str(experiment), "--json"]
     command += ["--listen", "udp://127.0.0.1:0"]
     if key_file is not None:
@@ -55,11 +55,11 @@ def emulator(experiment: Path, key_file: str | None = None) -> Iterator[str]:
 
 
 DELAYED = {"controller.delay": 1, "controller.predict": False}
-"""The delay of an exchange with hardware: a step that is not predicted."""
+"""Delay of an exchange with hardware: one step, without prediction."""
 
 
 def runs(example: str, output: Path, seconds: float | None, uri: str | None) -> dict[str, Result]:
-    """The runs on the plant, without and with a step of delay, and the run on the hardware."""
+    """Run on the plant, without and with a step of delay, and on the hardware."""
     changes: dict[str, object] = dict(RATES[example])
     if seconds is not None:
         changes["run.duration"] = seconds
@@ -75,14 +75,14 @@ def runs(example: str, output: Path, seconds: float | None, uri: str | None) -> 
 
 
 def tracking_error(result: Result) -> np.ndarray:
-    """2-norm of the tracking error, at every row."""
+    """Return the 2-norm of the tracking error of every row."""
     signals = list(result.summary["tracking"]["per_signal"])
     errors = [result[name] - result[name.replace(".", "_d.", 1)] for name in signals]
     return np.linalg.norm(errors, axis=0)
 
 
 def draw(results: dict[str, Result], file: Path) -> None:
-    """Joint positions, tracking errors and forces."""
+    """Draw joint positions, tracking errors and forces."""
     simulated, real = results[SIMULATED], results[HARDWARE]
     figure, (positions, errors, forces) = plt.subplots(3, 1, sharex=True, figsize=(8, 8))
     for axes, prefix in ((positions, "q."), (forces, "f.")):
@@ -102,19 +102,19 @@ def draw(results: dict[str, Result], file: Path) -> None:
 
 
 def digest(folder: Path) -> str:
-    """A hash of the controller that a run used."""
+    """Return the hash of the controller of a run."""
     return hashlib.sha256((folder / "controller.fmu").read_bytes()).hexdigest()
 
 
 def main() -> int:
-    """Command line."""
+    """Run with the arguments of the command line."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
     parser.add_argument("example", choices=RATES)
     parser.add_argument("-o", "--output", type=Path, default=Path("compared"))
     parser.add_argument(
-        "--duration", type=float, help="of the run, in s; the example's own if absent"
+        "--duration", type=float, help="duration of the run, in s (default: of the example)"
     )
     parser.add_argument("--hardware", metavar="URI", help="a device that is already there")
     options = parser.parse_args()

@@ -1,4 +1,4 @@
-"""Writes the input of controller.c for an experiment: robot.h, and the reference of every tick.
+"""Write the input of controller.c for an experiment: robot.h, and the reference of every tick.
 
     python make_controller.py ../planar_2r build [--single] [--set KEY=VALUE ...]
 
@@ -42,7 +42,7 @@ OF_ESTIMATOR = (
 
 
 def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
-    """Settings of the law in C, by `law.` and the names of control_loop.h and computed_torque.h."""
+    """Return the law settings, by `law.` and the names of control_loop.h and computed_torque.h."""
     robot, settings = experiment.robot, experiment.controller
     arrays = settings.law_arrays() | {
         "f_min": [muscle.f_min for muscle in robot.muscles],
@@ -55,7 +55,7 @@ def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
 
 
 def header(experiment: Experiment, arrays: Mapping[str, ArrayLike], single: bool) -> str:
-    """The text of robot.h."""
+    """Return the text of robot.h."""
     robot, blob = experiment.robot, compile_blob(experiment.robot)
     robot_data = compile_blob(robot, single=True) if single else blob
     rows = [] if experiment.controller.space == "joint" else task_rows(robot)
@@ -83,7 +83,7 @@ def header(experiment: Experiment, arrays: Mapping[str, ArrayLike], single: bool
 
 
 def parts(experiment: Experiment) -> str:
-    """The text of parts.h, for `-DCARDSFLOW_PARTS`."""
+    """Return the text of parts.h, for `-DCARDSFLOW_PARTS`."""
     names = {*used_parts(experiment.robot)}
     if experiment.estimator is not None:
         names |= {*used_parts(estimated_robot(experiment.robot))}
@@ -95,7 +95,7 @@ def parts(experiment: Experiment) -> str:
 
 
 def estimator_lines(experiment: Experiment, single: bool) -> list[str]:
-    """The estimator's part of robot.h."""
+    """Return the lines of robot.h for the estimator."""
     settings = experiment.estimator
     if settings is None:
         return ["#define ESTIMATED 0"]
@@ -119,7 +119,7 @@ def estimator_lines(experiment: Experiment, single: bool) -> list[str]:
 
 
 def table(title: str, arrays: Mapping[str, ArrayLike], prefix: str = "") -> list[str]:
-    """Constant arrays, and a table of them by name, without the prefix."""
+    """Return constant C arrays, and a table of them by name, without the prefix."""
     flat = {name: np.ravel(np.asarray(values, float)) for name, values in arrays.items()}
     return [
         *(array(identifier(name), values) for name, values in flat.items()),
@@ -134,23 +134,23 @@ def table(title: str, arrays: Mapping[str, ArrayLike], prefix: str = "") -> list
 
 
 def whole_words(size: int) -> int:
-    """So many bytes, in whole words of 8."""
+    """Return a size in [byte], rounded up to a multiple of 8."""
     return -(-int(size) // 8) * 8
 
 
 def identifier(name: str) -> str:
-    """LAW_KP of law.kp."""
+    """Return the name in C, such as LAW_KP for law.kp."""
     return name.replace(".", "_").upper()
 
 
 def array(name: str, values: ArrayLike, kind: str = "real") -> str:
-    """A constant array, as hexadecimal floats, so that no digit is lost."""
+    """Return a constant C array of hexadecimal floats, which are exact."""
     texts = [number(float(value)) for value in np.ravel(np.asarray(values, float))]
     return f"static const {kind} {name}[] = {{{', '.join(texts)}}};"
 
 
 def number(value: float) -> str:
-    """A number in C."""
+    """Return a number in C."""
     return value.hex() if np.isfinite(value) else "-HUGE_VAL" if value < 0 else "HUGE_VAL"
 
 
@@ -158,30 +158,30 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
     """Write robot.h, parts.h and reference.f64.
 
     Args:
-        experiment: The experiment; it ticks once a communication step.
-        folder: The folder; made if it does not exist.
-        single: For a law that is compiled for single precision.
+        experiment: The experiment; its controller period is the step of the run.
+        folder: The folder; created if it does not exist.
+        single: Whether the law is compiled for single precision.
 
     Raises:
-        InputError: controller.c cannot run it.
+        InputError: controller.c does not support the experiment.
     """
     frames = experiment.robot.task_frames if experiment.controller.tasks else ()
     if experiment.controller.period != experiment.run.step:
-        raise InputError("controller.c sends at every tick: make run.step the controller's period")
+        raise InputError("controller.c sends at every tick: set run.step to controller.period")
     if experiment.robot.loops:
-        raise InputError("controller.c knows no closed loops")
+        raise InputError("controller.c does not support closed loops")
     if has_cable_friction(experiment.robot):
-        raise InputError("controller.c knows no friction of cables")
+        raise InputError("controller.c does not support cable friction")
     if experiment.robot.motors:
         raise InputError("controller.c commands muscles, not motors at joints")
     if experiment.controller.custom_law is not None:
-        raise InputError("controller.c runs no Python: make controller.type a law of the package")
+        raise InputError("controller.c does not run Python: set controller.type to a built-in law")
     if experiment.controller.type == MPC:
         raise InputError(
             "controller.c has no predictive control: use controller.fmu, or another law"
         )
     if any(frame.is_orientation for frame in frames):
-        raise InputError("controller.c follows points, not orientations")
+        raise InputError("controller.c does not support orientations, only points")
     if not experiment.hardware.has_positions:
         raise InputError("controller.c expects positions and velocities of the device")
     if not (experiment.hardware.has_lengths and experiment.hardware.has_tensions):
@@ -204,7 +204,7 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
 
 
 def main() -> None:
-    """Command line."""
+    """Run with the arguments of the command line."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
