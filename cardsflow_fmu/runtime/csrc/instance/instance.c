@@ -208,8 +208,8 @@ static enum status check_step(struct instance *instance, double time, double ste
 /* Return the number of internal steps in a step: 1 for models without them and for impossible lengths. */
 static size_t internal_steps(const struct model *model, double step)
 {
-    const double ratio = model->internal_step ? step / *model->internal_step : 1, whole = floor(ratio + 0.5);
-    return whole > 1 && whole <= MAX_INTERNAL_STEPS && fabs(ratio - whole) <= 1e-9 * whole ? (size_t)whole : 1;
+    const double ratio = model->internal_step ? step / *model->internal_step : 1, steps = floor(ratio + 0.5);
+    return steps > 1 && steps <= MAX_INTERNAL_STEPS && fabs(ratio - steps) <= 1e-9 * steps ? (size_t)steps : 1;
 }
 
 static enum status advance(struct instance *instance, double time, double step)

@@ -98,8 +98,8 @@ static core *core_of(const struct opened_model *opened)
 
 double *native_model_array(struct opened_model *opened, const char *name, size_t *length)
 {
-    double *found = native_controller_array(&opened->model, name, length);
-    return found || !core_of(opened) ? found : core_array(core_of(opened), name, length);
+    double *array = native_controller_array(&opened->model, name, length);
+    return array || !core_of(opened) ? array : core_array(core_of(opened), name, length);
 }
 
 void native_model_trace(struct opened_model *opened)

@@ -27,11 +27,11 @@ void native_close_model(struct model *model)
 double *native_values(const struct native_model *native, struct native_group group, const char *name,
                       size_t count, struct text *error)
 {
-    const size_t there = native->ports->count;
-    if ((count == ANY || group.count == count) && group.first <= there && group.count <= there - group.first)
+    const size_t port_count = native->ports->count;
+    if ((count == ANY || group.count == count) && group.first <= port_count && group.count <= port_count - group.first)
         return native->values + group.first;
     text_set(error, "native.bin does not match the variables of the FMU: it has %lu of %lu for %s from %lu on",
-             (unsigned long)group.count, (unsigned long)there, name, (unsigned long)group.first);
+             (unsigned long)group.count, (unsigned long)port_count, name, (unsigned long)group.first);
     return NULL;
 }
 
@@ -52,9 +52,9 @@ size_t native_whole_steps(double time, const double *parameter, const char *labe
 {
     const double step = *parameter;
     struct text *error = &model->error;
-    const double ratio = time / step, whole = floor(ratio + 0.5);
-    if (whole >= 1 && whole <= MAX_STEPS && fabs(ratio - whole) <= TOLERANCE * whole)
-        return (size_t)whole;
+    const double ratio = time / step, count = floor(ratio + 0.5);
+    if (count >= 1 && count <= MAX_STEPS && fabs(ratio - count) <= TOLERANCE * count)
+        return (size_t)count;
     model->clock[1] = 0; /* see `step` of model.h */
     if (ratio > MAX_STEPS + 0.5) {
         text_set(error, "%.17g s is %.6g times %s, %.17g s; the maximum is %.0f; use shorter steps",

@@ -292,17 +292,17 @@ static int find_api(struct python_api *py, const char *version, struct text *err
 int python_in_process_fits(const char *version, struct text *why)
 {
     struct python_api py;
-    struct text found = {NULL};
+    struct text host_version = {NULL};
     if (find_api(&py, version, why))
         return 0;
     int gil = py.PyGILState_Ensure();
     python_object *object = from_entry_module(&py, "__version__", version, why);
-    int fits = object && take_text(&py, object, &found) == 0 && !strcmp(text_get(&found), version);
+    int fits = object && take_text(&py, object, &host_version) == 0 && !strcmp(text_get(&host_version), version);
     if (object && !fits)
-        text_set(why, "the host's Python has cardsflow %s", text_get(&found));
+        text_set(why, "the host's Python has cardsflow %s", text_get(&host_version));
     drop(&py, object);
     py.PyGILState_Release(gil);
-    text_free(&found);
+    text_free(&host_version);
     return fits;
 }
 

@@ -41,27 +41,27 @@ static char *virtual_environment_python(void)
     return path.chars;
 }
 
-static size_t add(struct interpreter found[], size_t count, const char *source, char *program)
+static size_t add(struct interpreter list[], size_t count, const char *source, char *program)
 {
     if (!program)
         return count;
-    found[count].source = source;
-    found[count].program = program;
+    list[count].source = source;
+    list[count].program = program;
     return count + 1;
 }
 
-size_t interpreters_find(const char *resources, struct interpreter found[MAX_INTERPRETERS])
+size_t interpreters_find(const char *resources, struct interpreter list[MAX_INTERPRETERS])
 {
-    size_t count = add(found, 0, "CARDSFLOW_PYTHON", environment_get("CARDSFLOW_PYTHON"));
+    size_t count = add(list, 0, "CARDSFLOW_PYTHON", environment_get("CARDSFLOW_PYTHON"));
     if (count)
         return count;
-    count = add(found, count, "recorded in the FMU", recorded_python(resources));
-    count = add(found, count, "VIRTUAL_ENV", virtual_environment_python());
-    return add(found, count, "on the path", text_copy(ON_PATH));
+    count = add(list, count, "recorded in the FMU", recorded_python(resources));
+    count = add(list, count, "VIRTUAL_ENV", virtual_environment_python());
+    return add(list, count, "on the path", text_copy(ON_PATH));
 }
 
-void interpreters_free(struct interpreter found[], size_t count)
+void interpreters_free(struct interpreter list[], size_t count)
 {
     for (size_t i = 0; i < count; i++)
-        free(found[i].program);
+        free(list[i].program);
 }

@@ -13,8 +13,8 @@ enum { MAX_INTERPRETERS = 3 };
 
 /* Find the candidates, in order: only CARDSFLOW_PYTHON, if it is set; otherwise the path in
  * resources/python.txt, the one of VIRTUAL_ENV, and python3. Return their number. */
-size_t interpreters_find(const char *resources, struct interpreter found[MAX_INTERPRETERS]);
+size_t interpreters_find(const char *resources, struct interpreter list[MAX_INTERPRETERS]);
 
-void interpreters_free(struct interpreter found[], size_t count);
+void interpreters_free(struct interpreter list[], size_t count);
 
 #endif

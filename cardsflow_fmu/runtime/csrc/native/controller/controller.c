@@ -60,13 +60,13 @@ static void gravity(void *self, const double *q, double *G)
 /* Update the states of cable friction with the joint displacement since the last tick. */
 static void update_slips(const struct controller *c, const struct native_robot *robot)
 {
-    double *known = c->last_position, *last = known + 1;
+    double *has_last = c->last_position, *last = has_last + 1;
     if (!robot->far)
         return;
     for (size_t j = 0; j < robot->n; j++)
-        robot->load[j] = known[0] != 0 ? c->q[j] - last[j] : 0;
+        robot->load[j] = has_last[0] != 0 ? c->q[j] - last[j] : 0;
     core_slide(robot->core, robot->load);
-    known[0] = 1;
+    has_last[0] = 1;
     memcpy(last, c->q, robot->n * sizeof(double));
 }
 

@@ -19,7 +19,7 @@ struct reacting {
     reaction decision;
     size_t n, length;  /* of the internal state */
     double *state;     /* that of the decision; the time since the last loss; whether a pose is held; the pose, n */
-    double *since, *held, *pose; /* time since the last loss, in [s] */
+    double *since, *is_holding, *pose; /* time since the last loss, in [s] */
     double *bounds;
     double *reference;     /* 3 r: at rest */
     struct {
@@ -39,9 +39,9 @@ static void update_pose(struct reacting *p, const struct controller *c)
     double fastest = 0;
     for (size_t j = 0; j < p->n; j++)
         fastest = fmax(fastest, fabs(c->qd[j]));
-    if (p->held[0] != 0 && fastest <= MOVES_AGAIN)
+    if (p->is_holding[0] != 0 && fastest <= MOVES_AGAIN)
         return;
-    p->held[0] = fastest <= AT_REST;
+    p->is_holding[0] = fastest <= AT_REST;
     memcpy(p->pose, c->q, p->n * sizeof(double));
 }
 
@@ -53,10 +53,10 @@ static void fill(double *values, size_t count, double value)
 
 static double smallest(const double *values, size_t count)
 {
-    double found = values[0];
+    double least = values[0];
     for (size_t i = 1; i < count; i++)
-        found = fmin(found, values[i]);
-    return found;
+        least = fmin(least, values[i]);
+    return least;
 }
 
 /* Set the law in operational space to brake the joints, or to its own settings. */
@@ -155,7 +155,7 @@ void native_reacting_reset(struct controller *c)
     if (!p)
         return;
     reaction_reset(&p->decision);
-    memset(p->held, 0, (1 + p->n) * sizeof(double));
+    memset(p->is_holding, 0, (1 + p->n) * sizeof(double));
     p->since[0] = RECOVERY;
     native_reacting_finish(c, 0, 0);
 }
@@ -198,7 +198,7 @@ int native_reacting_open(struct controller *c, const struct native_robot *robot,
         return 1;
     }
     p->n = n, p->length = length;
-    p->since = p->state + reaction_state_length(m), p->held = p->since + 1, p->pose = p->held + 1;
+    p->since = p->state + reaction_state_length(m), p->is_holding = p->since + 1, p->pose = p->is_holding + 1;
     p->bounds = p->state + length, p->reference = p->bounds + m;
     p->decision = (reaction){m, times, s->reaction_begins, s->reaction_speeds, PATIENCE, p->state};
     if (c->k)

@@ -63,29 +63,29 @@ static int is_in(struct native_group group, uint32_t variable, uint32_t *at)
 }
 
 /* Add a seed to the direction. Return nonzero if the derivative by that variable does not exist. */
-static int add_seed(const struct plant_settings *s, struct change *change, uint32_t known, double seed,
+static int add_seed(const struct plant_settings *s, struct change *change, uint32_t variable, double seed,
                     int is_at_start)
 {
     uint32_t at;
-    if (is_in(s->of.commands, known, &at))
+    if (is_in(s->of.commands, variable, &at))
         change->commands[s->commanded[at]] += seed;
-    else if (is_in(s->of.torques, known, &at))
+    else if (is_in(s->of.torques, variable, &at))
         change->torques[s->motors[at]] += seed;
-    else if (is_in(s->of.loads, known, &at))
+    else if (is_in(s->of.loads, variable, &at))
         change->wrenches[6 * (at / 3) + at % 3] += seed;
-    else if (is_in(s->of.wrenches, known, &at))
+    else if (is_in(s->of.wrenches, variable, &at))
         change->wrenches[2 * s->of.loads.count + at] += seed;
-    else if (is_in(is_at_start ? s->of.q_start : s->of.q, known, &at))
+    else if (is_in(is_at_start ? s->of.q_start : s->of.q, variable, &at))
         change->q[at] += seed;
-    else if (is_in(is_at_start ? s->of.qd_start : s->of.qd, known, &at))
+    else if (is_in(is_at_start ? s->of.qd_start : s->of.qd, variable, &at))
         change->qd[at] += seed;
-    else if (!is_at_start && is_in(s->of.states, known, &at))
+    else if (!is_at_start && is_in(s->of.states, variable, &at))
         change->states[s->state_order[at]] += seed;
-    else if (!is_at_start && s->of.derivatives.count && is_in(s->of.energies, known, &at) && at >= 2 &&
+    else if (!is_at_start && s->of.derivatives.count && is_in(s->of.energies, variable, &at) && at >= 2 &&
              at < 2 + WORKS)
         change->work[at - 2] += seed;
     else /* the start does not depend on these */
-        return !(is_at_start && (is_in(s->of.step, known, &at) || is_in(s->of.worker_timeout, known, &at)));
+        return !(is_at_start && (is_in(s->of.step, variable, &at) || is_in(s->of.worker_timeout, variable, &at)));
     return 0;
 }
 

@@ -253,21 +253,21 @@ static int first_line(const char *text)
 /* Start interpreters until one is suitable. */
 static enum outcome start_any(struct python_worker *self, struct text *error)
 {
-    struct interpreter found[MAX_INTERPRETERS];
+    struct interpreter list[MAX_INTERPRETERS];
     struct text tried = {NULL}, reason = {NULL};
     enum outcome outcome = OUTCOME_UNFIT;
-    size_t count = interpreters_find(self->resources, found);
+    size_t count = interpreters_find(self->resources, list);
     text_set(&tried, "no Python with the package cardsflow %s; tried", self->version);
     for (size_t i = 0; i < count && outcome == OUTCOME_UNFIT; i++) {
-        outcome = start(self, found[i].program, &reason);
+        outcome = start(self, list[i].program, &reason);
         if (outcome == OUTCOME_DONE)
-            self->program = text_copy(found[i].program);
-        text_set(&tried, "%s%s %s (%s): %.*s", text_get(&tried), i ? ";" : "", found[i].program,
-                 found[i].source, first_line(text_get(&reason)), text_get(&reason));
+            self->program = text_copy(list[i].program);
+        text_set(&tried, "%s%s %s (%s): %.*s", text_get(&tried), i ? ";" : "", list[i].program,
+                 list[i].source, first_line(text_get(&reason)), text_get(&reason));
     }
     if (outcome != OUTCOME_DONE)
         text_set(error, "%s", text_get(outcome == OUTCOME_FAILED ? &reason : &tried));
-    interpreters_free(found, count);
+    interpreters_free(list, count);
     text_free(&tried);
     text_free(&reason);
     return outcome;

@@ -75,7 +75,7 @@ static int make_handles(HANDLE handles[HANDLES], const struct shared_memory *mem
     return !handles[OWN_EVENT] || !handles[HOST_EVENT] || !handles[HOST_PROCESS];
 }
 
-static int create(wchar_t *line, HANDLE handles[HANDLES], PROCESS_INFORMATION *made)
+static int create(wchar_t *line, HANDLE handles[HANDLES], PROCESS_INFORMATION *created)
 {
     STARTUPINFOEXW start;
     SIZE_T size = 0;
@@ -92,7 +92,7 @@ static int create(wchar_t *line, HANDLE handles[HANDLES], PROCESS_INFORMATION *m
                                          HANDLES * sizeof *handles, NULL, NULL) &&
                CreateProcessW(NULL, line, NULL, NULL, TRUE,
                               EXTENDED_STARTUPINFO_PRESENT | CREATE_NO_WINDOW | CREATE_SUSPENDED,
-                              NULL, NULL, &start.StartupInfo, made);
+                              NULL, NULL, &start.StartupInfo, created);
         DeleteProcThreadAttributeList(start.lpAttributeList);
     }
     free(start.lpAttributeList);
@@ -115,7 +115,7 @@ int process_start(struct process *process, const char *program, const char *cons
                   const struct shared_memory *memory, struct text *error)
 {
     HANDLE handles[HANDLES];
-    PROCESS_INFORMATION made;
+    PROCESS_INFORMATION created;
     char links[128];
     wchar_t *line = NULL;
     int done = make_handles(handles, memory) == 0;
@@ -124,7 +124,7 @@ int process_start(struct process *process, const char *program, const char *cons
                  number(handles[HOST_EVENT]), number(handles[HOST_PROCESS]),
                  number(handles[MEMORY]), (unsigned long long)memory->size);
         line = command_line(program, arguments, links);
-        done = line && create(line, handles, &made);
+        done = line && create(line, handles, &created);
     }
     free(line);
     if (!done) {
@@ -134,16 +134,16 @@ int process_start(struct process *process, const char *program, const char *cons
     }
     process->job = make_job();
     if (process->job)
-        AssignProcessToJobObject(process->job, made.hProcess);
-    ResumeThread(made.hThread);
-    CloseHandle(made.hThread);
+        AssignProcessToJobObject(process->job, created.hProcess);
+    ResumeThread(created.hThread);
+    CloseHandle(created.hThread);
     CloseHandle(handles[HOST_PROCESS]);
-    process->handle = made.hProcess;
+    process->handle = created.hProcess;
     process->bell.mine = handles[HOST_EVENT];
     process->bell.others = handles[OWN_EVENT];
     process->bell.peer = NULL;
     HANDLE self = GetCurrentProcess();
-    DuplicateHandle(self, made.hProcess, self, &process->bell.peer, SYNCHRONIZE, FALSE, 0);
+    DuplicateHandle(self, created.hProcess, self, &process->bell.peer, SYNCHRONIZE, FALSE, 0);
     process->is_running = 1;
     return 0;
 }
