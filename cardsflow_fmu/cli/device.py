@@ -46,7 +46,7 @@ def add_device(commands: Commands) -> None:
         "It runs until Ctrl-C.",
     )
     text = "the robot or the experiment to simulate"
-    parser.add_argument("thing", metavar="ROBOT|EXPERIMENT", type=Path, help=text)
+    parser.add_argument("path", metavar="ROBOT|EXPERIMENT", type=Path, help=text)
     text = "setting of an experiment, or of [hardware] for a robot"
     add_settings(parser, text, "hardware.emulator.loss=0.01")
     add_cable_set(parser, "robot")
@@ -169,7 +169,7 @@ def _emulated_robot(
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
     from cardsflow_fmu.ros.scene_topics import ShownRobot
 
-    path = options.thing
+    path = options.path
     if (path / "experiment.toml").is_file() or path.suffix in (".toml", ".json"):
         for option, key in (("cable_set", "robot.cable_set"), ("step", "plant.step")):
             if getattr(options, option) is not None:

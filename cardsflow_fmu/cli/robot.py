@@ -82,7 +82,7 @@ def add_info(commands: Commands) -> None:
         "Show the contents of a robot, an FMU or an .ssp file.",
         "cardsflow info examples/planar_2r/robot --cable-set basic_multi_segment",
     )
-    parser.add_argument("thing", type=Path, help=f"{ROBOT_FILE}, an .fmu or an .ssp")
+    parser.add_argument("path", type=Path, help=f"{ROBOT_FILE}, an .fmu or an .ssp")
     add_cable_set(parser)
     add_json(parser)
 
@@ -238,12 +238,12 @@ def _info(options: argparse.Namespace) -> int:
     )
     from cardsflow_fmu.simulation.ssp.info import describe_system, system_info
 
-    if options.thing.suffix == ".fmu":
-        info, describe = fmu_info(options.thing), describe_fmu
-    elif options.thing.suffix == ".ssp":
-        info, describe = system_info(options.thing), describe_system
+    if options.path.suffix == ".fmu":
+        info, describe = fmu_info(options.path), describe_fmu
+    elif options.path.suffix == ".ssp":
+        info, describe = system_info(options.path), describe_system
     else:
-        info, describe = robot_info(options.thing, options.cable_set), describe_robot
+        info, describe = robot_info(options.path, options.cable_set), describe_robot
     print(json_text(info, indent=1) if options.json else describe(info))
     return GOOD
 

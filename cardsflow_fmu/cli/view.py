@@ -40,7 +40,7 @@ def add_view(commands: Commands) -> None:
         "cardsflow view results --html arm.html",
         "With --html it writes a self-contained HTML page instead.",
     )
-    parser.add_argument("thing", type=Path, help=f"the folder of a run; or {ROBOT_FILE}")
+    parser.add_argument("path", type=Path, help=f"the folder of a run; or {ROBOT_FILE}")
     text = "the folder of another run to show next to it (default: none)"
     parser.add_argument("other", type=Path, nargs="?", help=text)
     add_cable_set(parser)
@@ -59,7 +59,7 @@ def add_play(commands: Commands) -> None:
         "The page contains plant and controller; with --html it works without CARDSFlow.",
     )
     text = f"an experiment.toml or the folder that contains it; or {ROBOT_FILE}"
-    parser.add_argument("thing", type=Path, help=text)
+    parser.add_argument("path", type=Path, help=text)
     add_settings(parser)
     _add_page_options(parser)
 
@@ -127,8 +127,8 @@ def _play(options: argparse.Namespace) -> int:
     from cardsflow_fmu.utils.overwrite import output_file, write_output
 
     html = options.html and output_file(options.html, PAGES, overwrite=options.overwrite)
-    with playable(options.thing, parse_settings(options.set), _print_line) as experiment:
-        robot_file = options.thing.as_posix() if is_robot(options.thing) else ""
+    with playable(options.path, parse_settings(options.set), _print_line) as experiment:
+        robot_file = options.path.as_posix() if is_robot(options.path) else ""
         page = play_page(experiment, robot_file, options.set)
     if html:
         print_files([write_output(html, page)], options.json)
@@ -157,7 +157,7 @@ def _port(text: str) -> int:
 def _view(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.viewer.view import acts_of, view, write_page
 
-    paths = [options.thing] + ([options.other] if options.other else [])
+    paths = [options.path] + ([options.other] if options.other else [])
     if options.html:
         acts = acts_of(
             paths, cable_set=options.cable_set, full_scale=options.full_scale, note=_note

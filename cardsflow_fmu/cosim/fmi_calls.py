@@ -55,7 +55,7 @@ class FmuCalls(ABC):
         self._slave = self._instantiate(name, description, folder)
         self._library = self._slave.dll
         self._instance = ctypes.c_void_p(self._slave.component)
-        self._kept: list[FloatArray] = []  # memory that the rows in C use
+        self._buffers: list[FloatArray] = []  # memory that the rows in C use
 
     @abstractmethod
     def _instantiate(self, name: str, description: Any, folder: Path) -> Any: ...
@@ -85,7 +85,7 @@ class FmuCalls(ABC):
         library = run_library()
         handle = ctypes.c_void_p(library.fmu_row_open(self._version, self._instance))
         weakref.finalize(self, library.fmu_row_close, handle)
-        self._kept.append(row.values)
+        self._buffers.append(row.values)
         for bank in row.banks:
             values, count = row.values[bank.place], len(bank.references)
             references = (ctypes.c_uint32 * count)(*bank.references)

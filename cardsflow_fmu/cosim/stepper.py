@@ -87,7 +87,7 @@ class Stepper:
         self._error: BaseException | None = None
         self._is_interrupted: Callable[[], bool] = lambda: False
         self._progress = _Progress()
-        self._kept: list[Any] = [*turns, columns, timer]  # C stores pointers to their memory
+        self._buffers: list[Any] = [*turns, columns, timer]  # C stores pointers to their memory
         library = self._library = run_library()
         plans = [(turn, _copies(turn)) for turn in turns]
         count = sum(len(copies) for _, copies in plans)
@@ -170,11 +170,11 @@ class Stepper:
             return _PAUSE if stepper._is_interrupted() else 0
 
         callback = _STEP(call)
-        self._kept.append(callback)
+        self._buffers.append(callback)
         return address(callback), None
 
     def _add_copy(self, is_after: bool, copy: Copy) -> None:
-        self._kept += [copy.source, copy.target]
+        self._buffers += [copy.source, copy.target]
         source, target = (copy.source, copy.source_index), (copy.target, copy.target_index)
         self._library.master_add_copy(
             *(self._master, is_after, _pointer(source), _pointer(target)),

@@ -252,7 +252,7 @@ class _PathMotion:
         self._muscles = {identifier(m.name): m.name for m in robot.muscles}
         self._motors = {identifier(motor.name): motor.name for motor in robot.motors}
         self._motor_indices = [robot.coordinates.index(motor) for motor in robot.motors]
-        self._known = all(f"{p}.{name}" in columns for p in ("q", "qd") for name in self._joints)
+        self._has_qd = all(f"{p}.{name}" in columns for p in ("q", "qd") for name in self._joints)
         self._paths = MusclePaths(robot)
 
     def motion(self, rows: _Rows) -> tuple[FloatArray | None, FloatArray | None]:
@@ -262,7 +262,7 @@ class _PathMotion:
             Rates L qd, shape (K, m), in [m/s], and efforts -L^T f plus the torques of joint
             motors, shape (K, n), in [N·m] or [N].
         """
-        if not self._known:
+        if not self._has_qd:
             return None, None
         q, qd = rows.prefixed("q", self._joints), rows.prefixed("qd", self._joints)
         f = rows.first_available(("tension", "f"), self._muscles)

@@ -209,7 +209,7 @@ class _PathLengths:
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
         self._names = [muscle.name for muscle in robot.muscles]
-        self._found: dict[tuple[float, ...], list[float]] = {}
+        self._lengths_at: dict[tuple[float, ...], list[float]] = {}
 
     def at(self, pose: Mapping[str, float], muscle: str) -> float:
         """Return the length of a muscle, in [m].
@@ -225,11 +225,11 @@ class _PathLengths:
             if name not in names:
                 raise UnknownNameError("coordinate", name, names, key=f"pose.{name}")
         q = tuple(pose.get(c.name, c.initial) for c in self._robot.coordinates)
-        if q not in self._found:
+        if q not in self._lengths_at:
             from sim_dart import MusclePaths
 
-            self._found[q] = MusclePaths(self._robot).evaluate(q).lengths.tolist()
-        return self._found[q][self._names.index(muscle)]
+            self._lengths_at[q] = MusclePaths(self._robot).evaluate(q).lengths.tolist()
+        return self._lengths_at[q][self._names.index(muscle)]
 
 
 def muscle_data(muscle: Muscle) -> dict[str, Any]:

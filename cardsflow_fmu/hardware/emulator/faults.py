@@ -37,7 +37,7 @@ class FaultyChannel:
         self._faults = faults
         self._random = random.Random(f"{faults.seed} {direction}")
         self._waiting: list[tuple[float, int, bytes, Hashable]] = []
-        self._held: tuple[float, bytes, Hashable] | None = None
+        self._held_frame: tuple[float, bytes, Hashable] | None = None
         self._order = 0
         self._first: float | None = None
         self.counters: Counter[str] = Counter(
@@ -62,9 +62,9 @@ class FaultyChannel:
         if chance() < faults.corrupt:
             self.counters["damaged"] += 1
             data = self._damage(data)
-        if self._held is None and chance() < faults.reorder:
+        if self._held_frame is None and chance() < faults.reorder:
             self.counters["overtaken"] += 1
-            self._held = (now, data, peer)
+            self._held_frame = (now, data, peer)
             return
         arrival = self._schedule(data, peer, now)
         if chance() < faults.duplicate:
@@ -78,8 +78,8 @@ class FaultyChannel:
         Args:
             now: Current time, in [s].
         """
-        if self._held is not None and now >= self._held[0] + _MAX_HOLD_TIME:
-            self._release(self._held[0] + _MAX_HOLD_TIME)
+        if self._held_frame is not None and now >= self._held_frame[0] + _MAX_HOLD_TIME:
+            self._release(self._held_frame[0] + _MAX_HOLD_TIME)
         frames = []
         while self._waiting and self._waiting[0][0] <= now:
             _, _, data, peer = heapq.heappop(self._waiting)
@@ -90,7 +90,7 @@ class FaultyChannel:
     @property
     def next_due(self) -> float:
         """Arrival time of the next frame, in [s], or infinity if no frame is on the line."""
-        release = math.inf if self._held is None else self._held[0] + _MAX_HOLD_TIME
+        release = math.inf if self._held_frame is None else self._held_frame[0] + _MAX_HOLD_TIME
         return min(release, self._waiting[0][0] if self._waiting else math.inf)
 
     def _is_out(self, time: float) -> bool:
@@ -108,9 +108,9 @@ class FaultyChannel:
 
     def _release(self, arrival: float) -> None:
         """Schedule the delayed frame, if there is one, after other frames with this arrival."""
-        if self._held is not None:
-            _, data, peer = self._held
-            self._held = None
+        if self._held_frame is not None:
+            _, data, peer = self._held_frame
+            self._held_frame = None
             self._enqueue(arrival, data, peer)
 
     def _damage(self, data: bytes) -> bytes:

@@ -94,24 +94,24 @@ class _Part:
             raise InputError(f"is not an FMU: {' '.join(str(error).split())}", file=file) from None
         self._variables = {v.name: v for v in description.modelVariables}
         self._units: dict[str, Unit] = variable_units(description)
-        self._held: list[Parameter] = []
-        self._own: dict[str, dict[str, str]] = {"input": {}, "output": {}}
+        self._start_values: list[Parameter] = []
+        self._variable_of: dict[str, dict[str, str]] = {"input": {}, "output": {}}
         self._parameters = [] if external else [p for p in ports if p.causality == "parameter"]
-        names = {side: self._side(side) for side in self._own}
+        names = {side: self._side(side) for side in self._variable_of}
         if external is not None:
             self._units |= specified_units(external, [*names["input"], *names["output"]])
-            self._held = [Parameter(*entry) for entry in external.parameters.items()]
-            for side in self._own:
+            self._start_values = [Parameter(*entry) for entry in external.parameters.items()]
+            for side in self._variable_of:
                 table = experiment_names(external, side, names[side], ports)
-                self._own[side] = {port: variable for variable, port in table.items()}
-        for side, back in self._own.items():
+                self._variable_of[side] = {port: variable for variable, port in table.items()}
+        for side, back in self._variable_of.items():
             back |= {name: name for name in names[side] if name not in back.values()}
-        self.input_names = tuple(self._own["input"])
-        self.output_names = tuple(self._own["output"])
+        self.input_names = tuple(self._variable_of["input"])
+        self.output_names = tuple(self._variable_of["output"])
 
     def variable(self, side: str, port: str) -> str:
         """Return the variable of the FMU for a port."""
-        return self._own[side][port]
+        return self._variable_of[side][port]
 
     def unit(self, side: str, port: str) -> Unit | None:
         """Return the unit of the variable of a port."""
@@ -119,7 +119,7 @@ class _Part:
 
     def set_start_value(self, port: str, value: float) -> None:
         """Set the start value of an input."""
-        self._held.append(Parameter(self.variable("input", port), value))
+        self._start_values.append(Parameter(self.variable("input", port), value))
 
     def component(self, connected: Collection[tuple[str, str]]) -> Component:
         """Return the FMU as a component of a system.
@@ -134,7 +134,7 @@ class _Part:
         ]
         parameters = [Parameter(p.name, p.start, KNOWN_UNITS.get(p.unit)) for p in self._parameters]
         source = f"resources/{self.name}.fmu"
-        return Component(self.name, source, tuple(connectors), (*parameters, *self._held))
+        return Component(self.name, source, tuple(connectors), (*parameters, *self._start_values))
 
     def _connector(self, name: str, kind: Literal["input", "output"]) -> Connector:
         kind_of_value = _TYPES[self._variables[name].type]

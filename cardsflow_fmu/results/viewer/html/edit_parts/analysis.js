@@ -84,13 +84,13 @@ const torqueText = (x, infinite) => x === null || Math.abs(x) > 1e300 ? infinite
 
 // Returns where a curve crosses zero.
 function zerosOf(x, y) {
-  const found = [];
-  for (let i = 1; i < x.length; i++) if (y[i - 1] * y[i] < 0) found.push(x[i - 1] + (x[i] - x[i - 1]) * y[i - 1] / (y[i - 1] - y[i]));
-  return found.slice(0, 3);
+  const zeros = [];
+  for (let i = 1; i < x.length; i++) if (y[i - 1] * y[i] < 0) zeros.push(x[i - 1] + (x[i] - x[i - 1]) * y[i - 1] / (y[i - 1] - y[i]));
+  return zeros.slice(0, 3);
 }
 
 // Returns the value of a curve, interpolated.
 function valueOn(x, y, at) {
-  const after = x.findIndex(value => value >= at), i = after < 0 ? x.length - 1 : Math.max(1, after), part = (at - x[i - 1]) / (x[i] - x[i - 1] || 1);
-  return y[i - 1] + part * (y[i] - y[i - 1]);
+  const after = x.findIndex(value => value >= at), i = after < 0 ? x.length - 1 : Math.max(1, after), fraction = (at - x[i - 1]) / (x[i] - x[i - 1] || 1);
+  return y[i - 1] + fraction * (y[i] - y[i - 1]);
 }

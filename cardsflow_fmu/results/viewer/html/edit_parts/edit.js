@@ -35,8 +35,8 @@ class Editor {
 
   // Returns the evaluated path of a muscle; null before its evaluation.
   pathOf({ name, points }) {
-    const found = this.result.paths.get(name);
-    return found && found.length >= points.length ? found : null;
+    const path = this.result.paths.get(name);
+    return path && path.length >= points.length ? path : null;
   }
 
   worldAxes() {
@@ -187,19 +187,19 @@ class Editor {
   }
 
   addPoint(at, snaps) {
-    const muscle = this.document.muscle(this.drawing.muscle), after = this.selected.point ?? -1, found = placeAt(this, at, snaps);
-    const surface = itemAt(this, at), isNearer = surface?.wrap && !(found && !found.axis && this.depthOf(found.place) < surface.t);
+    const muscle = this.document.muscle(this.drawing.muscle), after = this.selected.point ?? -1, target = placeAt(this, at, snaps);
+    const surface = itemAt(this, at), isNearer = surface?.wrap && !(target && !target.axis && this.depthOf(target.place) < surface.t);
     if (isNearer && muscle.points.length && !muscle.wraps.some(wrap => wrap.surface === surface.wrap && wrap.segment === after)) {
       this.change(() => addRoute(muscle, surface.wrap, after));
       this.say(`${muscle.name} passes over ${surface.wrap}; click the next point`);
       return;
     }
-    if (!found) {
+    if (!target) {
       this.fail("there is no link under the pointer; click the surface of a link");
       return;
     }
     this.selected.point = after + 1;
-    this.change(() => insertPoint(muscle, after + 1, { link: found.link, position: this.localOf(found.link, found.place) }));
+    this.change(() => insertPoint(muscle, after + 1, { link: target.link, position: this.localOf(target.link, target.place) }));
     this.redraw();
   }
 
@@ -207,14 +207,14 @@ class Editor {
 
   // Surfaces
 
-  addWrap(found) {
-    if (!found) {
+  addWrap(target) {
+    if (!target) {
       this.fail("there is no link under the pointer; click the surface of a link");
       return;
     }
-    const shape = this.placing, { link, axis } = found, radius = tidy([0.04 * this.act.reach])[0];
+    const shape = this.placing, { link, axis } = target, radius = tidy([0.04 * this.act.reach])[0];
     const rpy = axis && shape !== "sphere" ? turnedTo([0, 0, 0], directionToLink(this.poses[link], axis.direction)) : [0, 0, 0];
-    const wrap = { name: freeName(this.document.data.wraps, shape), link, shape, position: this.localOf(link, found.place), rpy, radius,
+    const wrap = { name: freeName(this.document.data.wraps, shape), link, shape, position: this.localOf(link, target.place), rpy, radius,
       length: shape === "cylinder" ? tidy([0.2 * this.act.reach])[0] : null, half_axes: shape === "ellipsoid" ? [radius, tidy([1.5 * radius])[0]] : null };
     this.placing = null;
     this.selected = { muscle: this.selected.muscle ?? null, point: null, wrap: wrap.name };

@@ -56,10 +56,10 @@ class Mirror {
 
   // Returns the name of the mirror image of a surface, which is added unless it exists.
   surfaceFor(data, wrap) {
-    const known = otherSide(wrap.name), image = this.surface(wrap, known ?? wrap.name);
+    const otherName = otherSide(wrap.name), image = this.surface(wrap, otherName ?? wrap.name);
     const same = other => ["link", "shape", "position", "rpy", "radius", "half_axes", "length"].every(key => nearlySame(other[key], image[key]));
-    const found = data.wraps.find(other => same(other));
-    if (found) return found.name;
+    const existing = data.wraps.find(other => same(other));
+    if (existing) return existing.name;
     image.name = mirroredName(data.wraps, wrap.name);
     data.wraps.push(image);
     return image.name;

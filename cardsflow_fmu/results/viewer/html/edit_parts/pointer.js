@@ -56,9 +56,9 @@ class EditPointer {
   dragPoint(at, snaps) {
     const { editor, drag } = this, muscle = editor.document.muscle(drag.muscle), point = muscle && muscle.points[drag.index];
     if (!point) return;
-    const found = placeAt(editor, at, snaps), isOnLink = found && (found.link === point.link || found.axis);
-    const place = isOnLink ? found.place : onPlane(rayAt(editor.camera, editor.canvas, ...at), editor.camera, editor.worldOf(point));
-    editor.setHint(isOnLink ? found : { place, text: `${point.link}: not on its surface` });
+    const target = placeAt(editor, at, snaps), isOnLink = target && (target.link === point.link || target.axis);
+    const place = isOnLink ? target.place : onPlane(rayAt(editor.camera, editor.canvas, ...at), editor.camera, editor.worldOf(point));
+    editor.setHint(isOnLink ? target : { place, text: `${point.link}: not on its surface` });
     editor.change(() => { point.position = editor.localOf(point.link, place); }, "drag");
   }
 
@@ -79,14 +79,14 @@ class EditPointer {
 
   // Moves the centre parallel to the screen, or to the axis of a joint.
   dragCentre(wrap, free, at, snaps) {
-    const { editor } = this, ray = rayAt(editor.camera, editor.canvas, ...at), found = snaps && snapToAxis(editor, ray, at, null);
-    editor.setHint(found || null);
-    editor.change(() => { wrap.position = editor.localOf(wrap.link, found ? found.place : free); }, "drag");
+    const { editor } = this, ray = rayAt(editor.camera, editor.canvas, ...at), snapped = snaps && snapToAxis(editor, ray, at, null);
+    editor.setHint(snapped || null);
+    editor.change(() => { wrap.position = editor.localOf(wrap.link, snapped ? snapped.place : free); }, "drag");
   }
 
   dragAxis(wrap, away, snaps) {
-    const { editor } = this, free = unit(away), found = snaps ? snapDirection(editor, wrap, free) : { direction: free, text: "" };
-    editor.setHint(found.text ? { place: editor.frameOf(wrap).centre, text: found.text } : null);
-    editor.change(() => { wrap.rpy = turnedTo(wrap.rpy, directionToLink(editor.poses[wrap.link], found.direction)); }, "drag");
+    const { editor } = this, free = unit(away), snapped = snaps ? snapDirection(editor, wrap, free) : { direction: free, text: "" };
+    editor.setHint(snapped.text ? { place: editor.frameOf(wrap).centre, text: snapped.text } : null);
+    editor.change(() => { wrap.rpy = turnedTo(wrap.rpy, directionToLink(editor.poses[wrap.link], snapped.direction)); }, "drag");
   }
 }

@@ -5,8 +5,8 @@ const NEAR_SNAP = 9; // in pixels
 // Returns { place, link, text, axis? } under the pointer, or null. Snapping is optional.
 function placeAt(editor, [x, y], snaps) {
   const ray = rayAt(editor.camera, editor.canvas, x, y), hit = pick(ray, editor.linkShapes, editor.shown) ?? pick(ray, editor.linkShapes, editor.shown, 2.2);
-  const found = snaps && snapToAxis(editor, ray, [x, y], hit);
-  if (found) return found;
+  const onAxis = snaps && snapToAxis(editor, ray, [x, y], hit);
+  if (onAxis) return onAxis;
   if (!hit) return null;
   const { link } = hit.shape, place = onSurface(hit.shape, onRay(ray, hit.t));
   const vertex = snaps && (hit.vertices || []).find(v => pixelsTo(editor, v, [x, y]) < NEAR_SNAP);
@@ -32,8 +32,8 @@ function snapToAxis(editor, ray, pointer, hit) {
   let best = null, nearest = NEAR_SNAP;
   for (const axis of editor.worldAxes()) {
     const along = Math.max(-reach, Math.min(reach, alongAxis(axis, ray)));
-    for (const [part, text, bonus] of [[along, "axis", 0], [0, "centre", 3]]) {
-      const place = sum(axis.place, axis.direction, part), away = pixelsTo(editor, place, pointer) - bonus;
+    for (const [distance, text, bonus] of [[along, "axis", 0], [0, "centre", 3]]) {
+      const place = sum(axis.place, axis.direction, distance), away = pixelsTo(editor, place, pointer) - bonus;
       if (away < nearest) [best, nearest] = [{ place, axis, link: hit ? hit.shape.link : axis.child, text: `${text} of ${axis.name}` }, away];
     }
   }

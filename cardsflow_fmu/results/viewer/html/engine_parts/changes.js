@@ -38,8 +38,8 @@ class Changes {
     const { muscles, drawing } = this.engine.header, names = muscles.map(muscle => muscle.name);
     for (const [key, value] of Object.entries(this.all)) {
       const [kind, name] = this.parse(key);
-      const known = { mass: drawing.links, friction: names, tension: names, break: names, f_max: names }[kind];
-      if (known && !known.includes(name)) throw new Error(`${key}: ${JSON.stringify(name)} does not exist`);
+      const allowed = { mass: drawing.links, friction: names, tension: names, break: names, f_max: names }[kind];
+      if (allowed && !allowed.includes(name)) throw new Error(`${key}: ${JSON.stringify(name)} does not exist`);
       for (const number of [value].flat())
         if (!Number.isFinite(number)) throw new Error(`${key}: must be a number, not ${value}`);
     }
@@ -55,8 +55,8 @@ class Changes {
       [/^noise()$/, "noise"],
     ];
     for (const [form, kind] of forms) {
-      const found = form.exec(key);
-      if (found) return [kind, found[1]];
+      const match = form.exec(key);
+      if (match) return [kind, match[1]];
     }
     throw new Error(`${key} cannot be changed while the simulation runs`);
   }

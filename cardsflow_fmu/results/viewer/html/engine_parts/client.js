@@ -80,8 +80,8 @@ class EngineClient {
     const quoted = name => /^[^\s."'=]+$/.test(name) ? name : JSON.stringify(name);
     const form = /^(plant\.\w+|controller\.k[pd]|muscles)\.(.+?)(\.f_max)?$/;
     return Object.entries(changes).filter(([key]) => key !== "noise").flatMap(([key, value]) => {
-      const found = form.exec(key);
-      const full = found ? `${found[1]}.${quoted(found[2])}${found[3] || ""}` : key;
+      const match = form.exec(key);
+      const full = match ? `${match[1]}.${quoted(match[2])}${match[3] || ""}` : key;
       return ["--set", `${full}=${JSON.stringify(value)}`];
     });
   }

@@ -54,8 +54,8 @@ class Drawing {
 
   // Returns the contacts with surfaces and pulleys by the via point before them, in order.
   contacts() {
-    const found = new Map(), add = (point, contact) =>
-      found.has(point) ? found.get(point).push(contact) : found.set(point, [contact]);
+    const byPoint = new Map(), add = (point, contact) =>
+      byPoint.has(point) ? byPoint.get(point).push(contact) : byPoint.set(point, [contact]);
     const pulleys = this.plant.array("pulley_contacts"), wraps = this.plant.array("wrap_contacts");
     const firsts = [];
     this.points.reduce((first, count) => (firsts.push(first), first + count), 0);
@@ -80,7 +80,7 @@ class Drawing {
       }
       add(before[k], contact);
     }
-    return found;
+    return byPoint;
   }
 }
 

@@ -144,9 +144,9 @@ class Engine {
   }
 
   commands() {
-    const found = new Float64Array(this.header.muscles.length), commands = this.plant.group("commands");
-    this.header.commanded.forEach((muscle, i) => { found[muscle] = commands[i]; });
-    return found;
+    const byMuscle = new Float64Array(this.header.muscles.length), commands = this.plant.group("commands");
+    this.header.commanded.forEach((muscle, i) => { byMuscle[muscle] = commands[i]; });
+    return byMuscle;
   }
 
   // ------------------------------------------------------------------------------------- pulling

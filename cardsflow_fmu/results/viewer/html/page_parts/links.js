@@ -33,15 +33,15 @@ const BROKEN = [150, 60, 60]; // colour of a broken cable
 
 // Returns the points of a broken cable, which ends after a share of its path.
 function stumpOf(points, share = 0.4) {
-  const found = points.slice(), apart = at => Math.hypot(points[at] - points[at - 3], points[at + 1] - points[at - 2], points[at + 2] - points[at - 1]);
+  const stump = points.slice(), apart = at => Math.hypot(points[at] - points[at - 3], points[at + 1] - points[at - 2], points[at + 2] - points[at - 1]);
   let left = 0;
   for (let at = 3; at < points.length; at += 3) left += share * apart(at);
   for (let at = 3; at < points.length; at += 3) {
-    const length = apart(at), part = length > 0 ? Math.min(1, left / length) : 0;
-    for (let i = at; i < at + 3; i++) found[i] = found[i - 3] + part * (points[i] - points[i - 3]);
-    left -= part * length;
+    const length = apart(at), fraction = length > 0 ? Math.min(1, left / length) : 0;
+    for (let i = at; i < at + 3; i++) stump[i] = stump[i - 3] + fraction * (points[i] - points[i - 3]);
+    left -= fraction * length;
   }
-  return found;
+  return stump;
 }
 
 // Returns origin and direction of the ray through a point of the canvas.

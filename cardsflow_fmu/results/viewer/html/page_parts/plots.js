@@ -17,7 +17,7 @@ function largest(table) {
 
 // Returns the plots of an act: titles with lists of { name, table }.
 function plotsOf(act, selected) {
-  const found = [], add = (title, series) => { if (series.length) found.push({ title, series: series.slice(0, MAX_SERIES), omitted: Math.max(0, series.length - MAX_SERIES) }); };
+  const plots = [], add = (title, series) => { if (series.length) plots.push({ title, series: series.slice(0, MAX_SERIES), omitted: Math.max(0, series.length - MAX_SERIES) }); };
   const force = muscle => signal(act, muscle.tension) || signal(act, muscle.force);
   const muscles = act.muscles.filter(m => force(m) && (!selected.size || selected.has(m.name)));
   const drawn = muscles.map(m => ({ name: m.name, table: force(m) })).sort((a, b) => largest(b.table) - largest(a.table));
@@ -27,7 +27,7 @@ function plotsOf(act, selected) {
   const tracked = [...act.joints, ...act.tasks].filter(x => signal(act, x.actual) && signal(act, x.desired));
   for (const unit of ["rad", "m"])
     add(`tracking error [${unit}]`, tracked.filter(x => x.unit === unit).map(x => ({ name: x.name, table: difference(signal(act, x.desired), signal(act, x.actual)) })));
-  return found;
+  return plots;
 }
 
 function difference(a, b) {
@@ -98,7 +98,7 @@ class Plot {
 
 // Returns at most 2000 finite values of a table.
 function sampled({ numbers }) {
-  const step = Math.ceil(numbers.length / 2000), found = [];
-  for (let i = 0; i < numbers.length; i += step) if (Number.isFinite(numbers[i])) found.push(numbers[i]);
-  return found.length ? found : [0];
+  const step = Math.ceil(numbers.length / 2000), values = [];
+  for (let i = 0; i < numbers.length; i += step) if (Number.isFinite(numbers[i])) values.push(numbers[i]);
+  return values.length ? values : [0];
 }

@@ -4,9 +4,9 @@ const oneRow = numbers => ({ rows: 1, columns: numbers.length, numbers: Float32A
 
 // Moves the shapes of an act to a frame; creates shapes that are new, except meshes and labels.
 function applyFrame(act, { shapes }) {
-  const known = new Map(act.shapes.map(shape => [shape.name, shape]));
+  const shapeByName = new Map(act.shapes.map(shape => [shape.name, shape]));
   for (const { name, kind, group, points, colour, opacity, radius, value } of shapes) {
-    let shape = known.get(name);
+    let shape = shapeByName.get(name);
     if (!shape) {
       if (kind === "MeshShape" || kind === "Label") continue;
       act.shapes.push(shape = { name, kind, group, opacity });

@@ -58,11 +58,11 @@ class PlayAnalysis {
 
   // Shows the slider of f_max of the selected muscle.
   showLimit(muscle) {
-    const { name, f_min, f_max } = this.setup.muscles[muscle], key = `muscles.${name}.f_max`, given = finiteOr(f_max, null);
+    const { name, f_min, f_max } = this.setup.muscles[muscle], key = `muscles.${name}.f_max`, ofRobot = finiteOr(f_max, null);
     this.limit.replaceChildren();
-    if (given === null) return;
-    const set = value => this.panel.do(this.client.set(key, value === given ? null : value));
-    const { input } = addSlider(this.limit, "f_max", "N", f_min, 2 * given, this.client.changes()[key] ?? given, set);
+    if (ofRobot === null) return;
+    const set = value => this.panel.do(this.client.set(key, value === ofRobot ? null : value));
+    const { input } = addSlider(this.limit, "f_max", "N", f_min, 2 * ofRobot, this.client.changes()[key] ?? ofRobot, set);
     input.ariaLabel = input.title = `f_max of ${name}`;
   }
 
