@@ -77,8 +77,8 @@ def bound_signals(robot: Robot, muscles: Sequence[int], causality: Causality) ->
 
 
 def speed_port(causality: Causality) -> Port:
-    """Return the speed of the reference relative to its own."""
-    description = "Speed of the reference, relative to its own"
+    """Return the speed of the reference, relative to its nominal speed."""
+    description = "Speed of the reference, relative to its nominal speed"
     return Port(SPEED, "", causality, "discrete", description, 1.0, lower=0.0, upper=1.0)
 
 

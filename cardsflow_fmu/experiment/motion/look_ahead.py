@@ -22,7 +22,7 @@ class LookAhead(Table):
     times: Annotated[tuple[float, ...], Listed] = setting("times of the reference, in s")
     speeds: dict[str, Annotated[tuple[float, ...], Listed]] = setting(
         "for each muscle, the speed with which the other muscles can produce the motion from each "
-        "time on, relative to the reference's own; 0 or -1 if they cannot"
+        "time on, relative to its nominal speed; 0 or -1 if they cannot"
     )
 
 

@@ -40,7 +40,7 @@ class ParameterSettings(Table):
         "smallest value; a number, or one number per element of the vector", alias="from"
     )
     high: Numbers = setting("largest value; an element with equal values is constant", alias="to")
-    weight: FromZero = setting("weight of the squared change from the robot's own value", 0.0)
+    weight: FromZero = setting("weight of the squared change from the value of the robot", 0.0)
 
     @model_validator(mode="after")
     def _check_bounds(self) -> Self:

@@ -20,7 +20,7 @@ from .failures import force_limits, motion_points
 from .sizing import actuator_terms, required_motion
 
 SPEEDS = (1.0, 0.5, 0.25)
-"""Speeds of the reference that are tested, relative to its own."""
+"""Speeds of the reference that are tested, relative to its nominal speed."""
 
 
 def with_look_ahead(experiment: Experiment) -> Experiment:
