@@ -67,8 +67,8 @@ class LinearRobot:
         size, m = self.B.shape
         block = np.zeros((size + m, size + m))
         block[:size, :size], block[:size, size:] = self.A, self.B
-        whole = expm(block * period)
-        return whole[:size, :size], whole[:size, size:]
+        exponential = expm(block * period)
+        return exponential[:size, :size], exponential[:size, size:]
 
 
 @dataclass(frozen=True, eq=False)

@@ -153,10 +153,10 @@ def _generators(half_widths: ArrayLike | None, poses: Poses) -> FloatArray | Non
             f"half_widths must be finite with shape (..., {poses.n}, k), not {W.shape}"
         )
     try:
-        whole = np.broadcast_to(W, (*poses.stack, *W.shape[-2:]))
+        per_pose = np.broadcast_to(W, (*poses.stack, *W.shape[-2:]))
     except ValueError:
         raise InputError(f"half_widths {W.shape} do not match poses {poses.stack}") from None
-    return np.asarray(whole.reshape(-1, *W.shape[-2:]))
+    return np.asarray(per_pose.reshape(-1, *W.shape[-2:]))
 
 
 def _slack(poses: Poses, facets: _Facets) -> FloatArray:

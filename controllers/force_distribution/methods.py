@@ -70,8 +70,8 @@ def distribute(
     if method not in METHODS:
         raise UnknownNameError("force distribution", method, METHODS)
     function = METHODS[method]
-    known = inspect.unwrap(function).__kwdefaults__ or {}
+    options_of_method = inspect.unwrap(function).__kwdefaults__ or {}
     for option in options:
-        if option not in known:
-            raise UnknownNameError(f"option of {method!r}", option, known)
+        if option not in options_of_method:
+            raise UnknownNameError(f"option of {method!r}", option, options_of_method)
     return function(L, tau, f_min, f_max, **options)

@@ -83,7 +83,7 @@ class JointSpaceController:
         law: str = "joint_space",
     ) -> None:
         self.dynamics = dynamics
-        laws = [known.name for known in JOINT_LAWS]
+        laws = [definition.name for definition in JOINT_LAWS]
         if law not in laws:
             raise UnknownNameError("control law", law, laws)
         names = dynamics.coordinate_names

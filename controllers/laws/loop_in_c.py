@@ -56,10 +56,10 @@ class LoopCallbacks(Protocol):
 @cache
 def _library() -> ctypes.PyDLL:
     loops = law_in_c.library()
-    size, whole = ctypes.c_size_t, ctypes.c_int
-    loops.control_loop_size.argtypes = [whole, whole, whole]
+    size, integer = ctypes.c_size_t, ctypes.c_int
+    loops.control_loop_size.argtypes = [integer, integer, integer]
     loops.control_loop_size.restype = size
-    loops.control_loop_open.argtypes = [_P, whole, whole, whole, _P]
+    loops.control_loop_open.argtypes = [_P, integer, integer, integer, _P]
     loops.control_loop_open.restype = _P
     loops.control_loop_set_law.argtypes = [_P, _P]
     loops.control_loop_array.argtypes = [_P, ctypes.c_char_p, ctypes.POINTER(size)]

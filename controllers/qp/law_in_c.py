@@ -27,11 +27,11 @@ GIVEN = -1
 def library() -> ctypes.PyDLL:
     """Load the library of the control laws; calls do not release the Python lock (GIL)."""
     laws = dual_newton.library()
-    pointer, size, whole = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int
+    pointer, size, integer = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int
     laws.computed_torque_law.argtypes = [ctypes.c_char_p]
-    laws.computed_torque_size.argtypes = [whole, whole, whole]
+    laws.computed_torque_size.argtypes = [integer, integer, integer]
     laws.computed_torque_size.restype = size
-    laws.computed_torque_open.argtypes = [whole, whole, whole, pointer]
+    laws.computed_torque_open.argtypes = [integer, integer, integer, pointer]
     laws.computed_torque_open.restype = pointer
     laws.computed_torque_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
     laws.computed_torque_array.restype = pointer

@@ -243,9 +243,9 @@ def _errors(problem: CalibrationProblem, z: FloatArray, windows: Sequence[Window
 def _rms(problem: CalibrationProblem, residuals: Sequence[FloatArray]) -> Errors:
     n, m = len(problem.robot.coordinates), len(problem.robot.muscles)
     squares = np.concatenate(residuals) ** 2
-    known = ~np.isnan(squares)
-    sums = np.where(known, squares, 0.0).sum(axis=0)
-    rms = np.sqrt(np.where(known.any(axis=0), sums / np.maximum(known.sum(axis=0), 1), np.nan))
+    valid = ~np.isnan(squares)
+    sums = np.where(valid, squares, 0.0).sum(axis=0)
+    rms = np.sqrt(np.where(valid.any(axis=0), sums / np.maximum(valid.sum(axis=0), 1), np.nan))
     return Errors(*np.split(rms, [n, n + m]))
 
 

@@ -63,43 +63,41 @@ class UnidentifiableDirection(NamedTuple):
         return f"{' '.join(parts)}: {self.reason}"
 
 
-def identifiable(known: ParameterInformation) -> BoolArray:
+def identifiable(information: ParameterInformation) -> BoolArray:
     """Return flags of the parameters that the measurements identify, shape (P,)."""
-    prior = np.array([one.sd for one in known.parameters])
-    return np.asarray(known.sd < _IDENTIFIED * prior)
+    prior = np.array([parameter.sd for parameter in information.parameters])
+    return np.asarray(information.sd < _IDENTIFIED * prior)
 
 
-def without_effect(known: ParameterInformation) -> BoolArray:
+def without_effect(information: ParameterInformation) -> BoolArray:
     """Return flags of the parameters without effect on the measurements, shape (P,)."""
-    return np.asarray(np.diag(known.information) < _NO_EFFECT)
+    return np.asarray(np.diag(information.information) < _NO_EFFECT)
 
 
-def unidentifiable_directions(known: ParameterInformation) -> list[UnidentifiableDirection]:
+def unidentifiable_directions(information: ParameterInformation) -> list[UnidentifiableDirection]:
     """Return the directions with less information from measurements than from the prior.
 
     The direction with the least information is first. Parameters without any effect are excluded;
     see `without_effect`.
     """
-    seen = np.flatnonzero(~without_effect(known))
-    part = np.ix_(seen, seen)
-    values, vectors = eigh(known.information[part], known.prior[part])
-    whole = np.zeros((len(known.parameters), len(seen)))
-    whole[seen] = vectors / np.linalg.norm(vectors, axis=0)
-    return [_direction(known, whole[:, k]) for k in np.flatnonzero(values < 1.0)]
+    visible = np.flatnonzero(~without_effect(information))
+    block = np.ix_(visible, visible)
+    values, vectors = eigh(information.information[block], information.prior[block])
+    directions = np.zeros((len(information.parameters), len(visible)))
+    directions[visible] = vectors / np.linalg.norm(vectors, axis=0)
+    return [_direction(information, directions[:, k]) for k in np.flatnonzero(values < 1.0)]
 
 
-def _direction(known: ParameterInformation, vector: FloatArray) -> UnidentifiableDirection:
+def _direction(information: ParameterInformation, vector: FloatArray) -> UnidentifiableDirection:
     order = np.argsort(-np.abs(vector))
     most = abs(vector[order[0]])
     chosen = [k for k in order[:_NAMED] if abs(vector[k]) >= _PART * most]
     sign = np.sign(vector[chosen[0]])
-    parameters = [known.parameters[k] for k in chosen]
-    names = tuple(one.name for one in parameters)
+    parameters = [information.parameters[k] for k in chosen]
+    names = tuple(p.name for p in parameters)
     weights = tuple(float(sign * vector[k]) for k in chosen)
-    kinds = {one.kind for one in parameters}
-    return UnidentifiableDirection(
-        names, weights, _reason(kinds, {one.group for one in parameters})
-    )
+    kinds = {p.kind for p in parameters}
+    return UnidentifiableDirection(names, weights, _reason(kinds, {p.group for p in parameters}))
 
 
 def _reason(kinds: set[str], groups: set[str]) -> str:

@@ -116,11 +116,11 @@ def poses_from_markers(
     found, start = q.copy(), None
     if not len(blind):
         return found
-    held = np.flatnonzero(~np.isnan(q).all(axis=0))
+    measured = np.flatnonzero(~np.isnan(q).all(axis=0))
     left: list[float] = []
     weakest = (np.inf, -1)
     for k in np.flatnonzero(~np.isnan(markers).all(axis=1)):
-        if np.isnan(q[k, held]).any():
+        if np.isnan(q[k, measured]).any():
             continue
         pose = q[k].copy()
         if start is None:
@@ -172,11 +172,11 @@ def _search_pose(
 
 def _fit_pose(seen: MarkerKinematics, pose: FloatArray, blind: IntArray, y: FloatArray) -> _Pose:
     """Fit a pose from a start pose by the Levenberg-Marquardt method."""
-    there, pose, damping = ~np.isnan(y), pose.copy(), 1e-6
+    valid, pose, damping = ~np.isnan(y), pose.copy(), 1e-6
 
     def residual(at: FloatArray) -> tuple[FloatArray, FloatArray]:
         p, dp, _ = seen.at(at[None], seen.positions)
-        return (y - p[0])[there], dp[0][np.ix_(there, blind)]
+        return (y - p[0])[valid], dp[0][np.ix_(valid, blind)]
 
     r, J = residual(pose)
     if not _is_bounded(r, J):  # lengths of the robot are too large

@@ -125,7 +125,7 @@ def free_parameters(
     Raises:
         InputError: A pattern does not match any kind of parameter.
     """
-    offered = {key: list(made) for key, made in _all_parameters(robot, torque, priors)}
+    offered = {key: list(group) for key, group in _all_parameters(robot, torque, priors)}
     for k, marker in enumerate(markers):
         key = f"markers.{marker.name}.position"
         places = zip("xyz", marker.position, strict=True)
@@ -135,17 +135,17 @@ def free_parameters(
         ]
     chosen, notes = [], []
     for pattern in patterns:
-        found = [key for key in offered if fnmatchcase(key, pattern)]
+        keys = [key for key in offered if fnmatchcase(key, pattern)]
         words = pattern.split(".")
         last = words[-1] if len(words) > 1 else "*"
-        known = [kind for kind in GROUPS.get(words[0], ()) if fnmatchcase(kind, last)]
-        if not found and not (known and "*" in pattern):
+        matching = [kind for kind in GROUPS.get(words[0], ()) if fnmatchcase(kind, last)]
+        if not keys and not (matching and "*" in pattern):
             offers = ", ".join(f"{g}.*.{kind}" for g, kinds in GROUPS.items() for kind in kinds)
             raise InputError(f"unknown parameter {pattern!r}; known: {offers}", key="--parameters")
-        if not found:
+        if not keys:
             notes.append(f"{pattern}: this robot does not have such a parameter")
-        chosen += found
-    parameters = [one for key in offered if key in chosen for one in offered[key]]
+        chosen += keys
+    parameters = [parameter for key in offered if key in chosen for parameter in offered[key]]
     if not parameters:
         raise InputError("matches no parameter that can be calibrated", key="--parameters")
     return tuple(parameters), tuple(notes)

@@ -227,22 +227,22 @@ class CalibrationProblem:
         found = np.zeros((len(changes), P))
         for change, row in zip(changes, found, strict=True):
             for way in (1.0, -1.0):
-                there = z + way * change
+                changed = z + way * change
 
                 def roll(
                     roller: Sensitivity,
                     window: Window,
                     start: FloatArray,
-                    there: FloatArray = there,
+                    changed: FloatArray = changed,
                 ) -> FloatArray | None:
-                    residuals = self._rolls.residuals(roller, window, start, there, None)
+                    residuals = self._rolls.residuals(roller, window, start, changed, None)
                     return None if residuals is None else normalise(residuals[0], self._noise)
 
                 moved = [
                     start + way * slope @ change[acts]
                     for start, (_, _, slope) in zip(starts, about, strict=True)
                 ]
-                rolled = self._rolls.map_windows(roll, there, windows, moved)
+                rolled = self._rolls.map_windows(roll, changed, windows, moved)
                 for r, (r0, B, _) in zip(rolled, about, strict=True):
                     if r is None:
                         return None
@@ -278,9 +278,9 @@ class CalibrationProblem:
 
 def _scatter(columns: FloatArray, acts: IntArray, count: int) -> FloatArray:
     """Return an array with the given columns at indices `acts` and zeros elsewhere."""
-    whole = np.zeros((len(columns), count))
-    whole[:, acts] = columns
-    return whole
+    scattered = np.zeros((len(columns), count))
+    scattered[:, acts] = columns
+    return scattered
 
 
 def _inertia_priors(

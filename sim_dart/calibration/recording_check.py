@@ -85,8 +85,8 @@ def _lengths(paths: MusclePaths, q: FloatArray) -> FloatArray:
 @np.errstate(over="ignore", invalid="ignore")  # lengths can be invalid
 def _spread(differences: FloatArray) -> FloatArray:
     """Return the standard deviation of each column; 0 for columns without values."""
-    known = ~np.isnan(differences)
-    count = np.maximum(known.sum(axis=0), 1)
-    mean = np.where(known, differences, 0.0).sum(axis=0) / count
-    squares = np.where(known, differences - mean, 0.0) ** 2
+    valid = ~np.isnan(differences)
+    count = np.maximum(valid.sum(axis=0), 1)
+    mean = np.where(valid, differences, 0.0).sum(axis=0) / count
+    squares = np.where(valid, differences - mean, 0.0) ** 2
     return np.asarray(np.sqrt(squares.sum(axis=0) / count))

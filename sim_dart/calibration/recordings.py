@@ -64,17 +64,15 @@ class Recording:
             rows: Number of measurements.
             delay: Delay of recorded tensions, in [s].
         """
-        whole = int(np.floor(delay / self.step))
-        part = delay / self.step - whole
+        steps = int(np.floor(delay / self.step))
+        share = delay / self.step - steps
         last = len(self.tensions) - 1
-        at = np.clip(np.arange(first + whole, first + whole + rows + 1), 0, last)
+        at = np.clip(np.arange(first + steps, first + steps + rows + 1), 0, last)
         read = self.tensions[at]
-        sound = ~np.isnan(read).any(
-            axis=1
-        )  # after a window there may be a gap; keep the last value
-        held = read[np.maximum.accumulate(np.where(sound, np.arange(rows + 1), 0))]
-        here, next_ = held[:-1], held[1:]
-        return (1.0 - part) * here + part * next_, (next_ - here) / self.step
+        valid = ~np.isnan(read).any(axis=1)  # a gap may follow a window: keep the last value
+        filled = read[np.maximum.accumulate(np.where(valid, np.arange(rows + 1), 0))]
+        earlier, later = filled[:-1], filled[1:]
+        return (1.0 - share) * earlier + share * later, (later - earlier) / self.step
 
 
 def slip_states_along(robot: Robot, poses: FloatArray, steps: int) -> FloatArray:
@@ -127,11 +125,11 @@ def _windows_of(recording: Recording, duration: float) -> Iterator[Window]:
     measured, poses = recording.columns, recording.poses
     needed = np.hstack([poses, recording.lengths])
     absent = np.isnan(needed).all(axis=0)
-    whole = np.asarray(~np.isnan(needed[:, ~absent]).any(axis=1))
-    whole &= ~np.isnan(recording.tensions).any(axis=1) & ~np.isnan(recording.torques).any(axis=1)
+    complete = np.asarray(~np.isnan(needed[:, ~absent]).any(axis=1))
+    complete &= ~np.isnan(recording.tensions).any(axis=1) & ~np.isnan(recording.torques).any(axis=1)
     first = 0
     while first + rows <= len(measured):
-        gaps = np.flatnonzero(~whole[first : first + rows])
+        gaps = np.flatnonzero(~complete[first : first + rows])
         if len(gaps):
             first += int(gaps[-1]) + 1
             continue
@@ -147,9 +145,9 @@ def measurement_noise(windows: Sequence[Window]) -> FloatArray:
     """
     residuals = [_smooth(window.measured)[1] for window in windows]
     squares = np.array([(r**2).sum(axis=0) / (len(r) - _DEGREE - 1) for r in residuals])
-    known = ~np.isnan(squares)
-    variance = np.where(known, squares, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-    variance[~known.any(axis=0)] = variance.max()
+    valid = ~np.isnan(squares)
+    variance = np.where(valid, squares, 0.0).sum(axis=0) / np.maximum(valid.sum(axis=0), 1)
+    variance[~valid.any(axis=0)] = variance.max()
     return np.asarray(np.maximum(np.sqrt(variance), _MIN_NOISE))
 
 

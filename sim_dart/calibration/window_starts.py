@@ -80,11 +80,11 @@ def fit_start(
     found = None if solver is None else _fit_start_with_solver(roll, start, noise, solver)
     if found is not None:
         return found
-    here, damping = roll(start, True), 0.0
-    if here is None:
+    linearised, damping = roll(start, True), 0.0
+    if linearised is None:
         return None
-    r, A = _normalise(*here, noise)
-    cost, residuals = float(r @ r), here[0]
+    r, A = _normalise(*linearised, noise)
+    cost, residuals = float(r @ r), linearised[0]
     for _ in range(_ITERATIONS):
         H = A.T @ A
         damped = H + damping * np.diag(np.diag(H))
@@ -106,9 +106,9 @@ def fit_start(
         )
         if gain <= _GAIN:
             break
-        here = roll(start, True)
-        assert here is not None
-        r, A = _normalise(*here, noise)
+        linearised = roll(start, True)
+        assert linearised is not None
+        r, A = _normalise(*linearised, noise)
     return FittedWindows(cost, [start], [residuals])
 
 
@@ -119,24 +119,24 @@ def _fit_start_with_solver(
     solver: FloatArray,
 ) -> FittedWindows | None:
     """Fit the start state with a fixed solver; return None if this does not converge."""
-    here = roll(start, False)
+    current = roll(start, False)
     for _ in range(_NEAR_ITERATIONS):
-        if here is None:
+        if current is None:
             return None
-        r = normalise(here[0], noise)
+        r = normalise(current[0], noise)
         moved = start + solver @ r
-        there = roll(moved, False)
-        if there is None:
+        changed = roll(moved, False)
+        if changed is None:
             return None
-        new = normalise(there[0], noise)
+        new = normalise(changed[0], noise)
         gain = float(r @ r - new @ new)
         if gain < -_NEAR_GAIN:
             return None
         if gain < 0.0:
-            return FittedWindows(float(r @ r), [start], [here[0]])
-        start, here = moved, there
+            return FittedWindows(float(r @ r), [start], [current[0]])
+        start, current = moved, changed
         if gain <= _NEAR_GAIN:
-            return FittedWindows(float(new @ new), [start], [here[0]])
+            return FittedWindows(float(new @ new), [start], [current[0]])
     return None
 
 
@@ -182,7 +182,7 @@ def _normalise(
     residuals: FloatArray, slopes: FloatArray, noise: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return residuals and derivatives over noise without missing measurements."""
-    taken = ~np.isnan(residuals).ravel()
-    weight = np.broadcast_to(1.0 / noise, residuals.shape).ravel()[taken]
-    J = slopes.reshape(residuals.size, slopes.shape[2])[taken] * weight[:, None]
-    return residuals.ravel()[taken] * weight, J
+    valid = ~np.isnan(residuals).ravel()
+    weight = np.broadcast_to(1.0 / noise, residuals.shape).ravel()[valid]
+    J = slopes.reshape(residuals.size, slopes.shape[2])[valid] * weight[:, None]
+    return residuals.ravel()[valid] * weight, J

@@ -39,26 +39,26 @@ def close_loops(robot: Robot, q: ArrayLike | None = None, hold: Sequence[str] = 
         if name not in names:
             raise UnknownNameError("coordinate", name, names)
     start = [c.initial for c in robot.coordinates] if q is None else q
-    held = np.array([float(name in hold) for name in names])
-    return closed_pose(robot, Core(compile_blob(robot)), finite("q", start, len(names)), held)
+    is_held = np.array([float(name in hold) for name in names])
+    return closed_pose(robot, Core(compile_blob(robot)), finite("q", start, len(names)), is_held)
 
 
 def closed_pose(
-    robot: Robot, core: Core, q: FloatArray, held: FloatArray | None = None
+    robot: Robot, core: Core, q: FloatArray, is_held: FloatArray | None = None
 ) -> FloatArray:
     """Return the nearest closed pose, computed by an open core, and set the core to this pose.
 
     Args:
         core: Core that was created from this robot.
         q: Start pose, shape (n,), in [rad] or [m].
-        held: 1 for coordinates that keep their values, 0 for the others, shape (n,) (default:
+        is_held: 1 for coordinates that keep their values, 0 for the others, shape (n,) (default:
             all zero).
 
     Raises:
         InputError: The loops cannot be closed.
     """
     closed = q.copy()
-    address = None if held is None else held.ctypes.data
+    address = None if is_held is None else is_held.ctypes.data
     bad = core.close(core.handle, address, closed.ctypes.data)
     if bad:
         equations = closures(robot)

@@ -209,10 +209,10 @@ def _pieces(robot: Robot, move: PointMotion) -> tuple[Cubic, ...]:
 def _length_variable(robot: Robot, muscle: Muscle, name: str) -> int:
     """Return the index of the variable of a coordinate that a muscle length depends on."""
     variables = robot_variables(robot)
-    found = variables.index.get(name, variables.held.get(name))
-    if found is None:
+    variable = variables.index.get(name, variables.constants.get(name))
+    if variable is None:
         raise _fixed_coordinate_error(muscle, name)
-    return found
+    return variable
 
 
 def _coordinate_variable(robot: Robot, muscle: Muscle, name: str) -> int:

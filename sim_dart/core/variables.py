@@ -42,7 +42,7 @@ class Variables:
             constant.
         constant: Displacement of each constant motion, by joint name.
         index: Index of the variable of each moving coordinate, by name.
-        held: Index of the variable of each fixed coordinate that a muscle length depends on.
+        constants: Index of the variable of each fixed coordinate that a muscle length depends on.
         initial: Initial value of every coordinate, in [rad] or [m], by name.
     """
 
@@ -51,7 +51,7 @@ class Variables:
     driver: dict[str, tuple[int | None, ...]]
     constant: dict[str, tuple[float, ...]]
     index: dict[str, int]
-    held: dict[str, int]
+    constants: dict[str, int]
     initial: dict[str, float]
 
 
@@ -76,11 +76,11 @@ def robot_variables(robot: Robot) -> Variables:
         driver[joint.name] = tuple(drivers)
         constant[joint.name] = tuple(_constant(joint, motion, values) for motion in joint.motions)
     counted = {t.coordinate for m in robot.muscles for t in m.terms if t.coordinate not in index}
-    held = {}
+    constants = {}
     for name in sorted(counted) if index else ():
-        held[name] = len(terms)
+        constants[name] = len(terms)
         terms.append((FunctionTerm(0, Polynomial((values[name],))),))
-    return Variables(coordinates, tuple(terms), driver, constant, index, held, values)
+    return Variables(coordinates, tuple(terms), driver, constant, index, constants, values)
 
 
 def _driver(
@@ -119,9 +119,9 @@ def _coupling(
         if term.coordinate in index
     ]
     others = (term for term in c.coupling if term.coordinate not in index)
-    held = sum(value(term.function, values[term.coordinate]) for term in others)
-    if held:
-        moving.append(FunctionTerm(moving[0].source, Polynomial((held,))))
+    constant = sum(value(term.function, values[term.coordinate]) for term in others)
+    if constant:
+        moving.append(FunctionTerm(moving[0].source, Polynomial((constant,))))
     return tuple(moving)
 
 

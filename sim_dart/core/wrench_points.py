@@ -31,10 +31,10 @@ def wrench_points(robot: Robot, wrenched: Sequence[str]) -> tuple[NDArray[np.int
         UnknownNameError: A link does not exist.
     """
     _, places = moving_frames(robot)
-    known = [link.name for link in robot.links]
+    names = [link.name for link in robot.links]
     for link in wrenched:
-        if link not in known:
-            raise UnknownNameError("link", link, known)
+        if link not in names:
+            raise UnknownNameError("link", link, names)
     points = [frame for frame in robot.task_frames if not frame.is_orientation]
     where = [(places[point.link], point.position) for point in points]
     where += [(places[link], (0.0, 0.0, 0.0)) for link in wrenched]

@@ -76,15 +76,15 @@ class Interference:
             postures: Joint positions, each of shape (n,), in [rad] or [m].
             within: Distance in [m] above which pairs may be omitted, which is faster.
         """
-        found: dict[tuple[str, str], Nearest] = {}
+        nearest: dict[tuple[str, str], Nearest] = {}
         for sample, q in enumerate(postures):
             segments = _Segments.of(self._paths.path_points(q))
             pairs = self._muscles(segments, sample, within)
             for near in (*pairs, *self._links(q, segments, sample, within)):
-                known = found.get((near.muscle, near.other))
-                if known is None or near.distance < known.distance:
-                    found[near.muscle, near.other] = near
-        return sorted(found.values(), key=lambda near: near.distance)
+                previous = nearest.get((near.muscle, near.other))
+                if previous is None or near.distance < previous.distance:
+                    nearest[near.muscle, near.other] = near
+        return sorted(nearest.values(), key=lambda near: near.distance)
 
     def _muscles(self, segments: _Segments, sample: int, within: float) -> Iterator[Nearest]:
         owners, starts, ends = segments

@@ -26,8 +26,8 @@ class LinkWrenches:
     def __init__(self, skeleton: Skeleton, links: Sequence[str]) -> None:
         for link in links:
             if skeleton.bodies.get(link) is None:
-                known = [name for name, body in skeleton.bodies.items() if body is not None]
-                raise UnknownNameError("link", link, known)
+                names = [name for name, body in skeleton.bodies.items() if body is not None]
+                raise UnknownNameError("link", link, names)
         self._skeleton = skeleton
         self._bodies = [skeleton.bodies[link] for link in links]
         first = 0

@@ -50,9 +50,9 @@ class CableSlip:
 
     def get_state(self) -> FloatArray:
         """Return the slip states, a flag whether a last position exists, and this position."""
-        known = self._last is not None
+        has_last = self._last is not None
         last = np.zeros(self._n) if self._last is None else self._last
-        return np.concatenate([self._slips, [float(known)], last])
+        return np.concatenate([self._slips, [float(has_last)], last])
 
     def set_state(self, state: FloatArray) -> None:
         """Restore a state from `get_state`."""

@@ -80,6 +80,6 @@ def has_fibres(muscle: Muscle) -> bool:
 
 def law_parameters(muscle: Muscle) -> dict[str, float]:
     """Return the parameters of the law of a muscle, with defaults."""
-    known = law_of(muscle.model).parameters
-    defaults = {p.name: p.default for p in known if p.default is not None}
+    definitions = law_of(muscle.model).parameters
+    defaults = {p.name: p.default for p in definitions if p.default is not None}
     return {**defaults, **dict(muscle.model.parameters)}

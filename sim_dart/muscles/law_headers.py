@@ -203,15 +203,15 @@ def _functions(law: MuscleLawDefinition) -> dict[str, str]:
 
 
 def _function(law: MuscleLawDefinition, answer: str, name: str, takes: str, body: str) -> str:
-    taken = (
+    cast = (
         f"    const {law.kind}_parameters *p = parameters;\n"
         if "p->" in body or "(p)" in body
         else ""
     )
-    unused = "" if taken else "    (void)parameters;\n"
+    unused = "" if cast else "    (void)parameters;\n"
     between = "" if answer.endswith("*") else " "
     head = f"static {answer}{between}{law.kind}_{name}({takes})"
-    return f"{head}\n{{\n{taken or unused}{body}}}\n"
+    return f"{head}\n{{\n{cast or unused}{body}}}\n"
 
 
 def _limit(limit: float | str, law: MuscleLawDefinition) -> str:

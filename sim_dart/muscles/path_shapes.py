@@ -152,16 +152,16 @@ class PathShapes:
     ) -> Iterator[tuple[str, FloatArray, FloatArray]]:
         """Iterate over the unit forces of a muscle on links: link, point and direction."""
         for i, j, share in self._segments(first, muscle):
-            here, there = muscle.via_points[i].link, muscle.via_points[j].link
+            first_link, second_link = muscle.via_points[i].link, muscle.via_points[j].link
             A, B = self._points[first + i].copy(), self._points[first + j].copy()
             touched = [c for c in contacts.get(first + i, ()) if c.angle]
             if not touched:
                 length = np.linalg.norm(B - A)
                 if length:
-                    yield here, A, share * (B - A) / length
-                    yield there, B, share * (A - B) / length
+                    yield first_link, A, share * (B - A) / length
+                    yield second_link, B, share * (A - B) / length
                 continue
-            for link, point, direction in _span_pulls(here, A, touched, there, B):
+            for link, point, direction in _span_pulls(first_link, A, touched, second_link, B):
                 yield link, point, share * direction
 
     def _segments(self, first: int, muscle: Muscle) -> Iterator[tuple[int, int, float]]:
@@ -180,16 +180,16 @@ class PathShapes:
 
 
 def _span_pulls(
-    here: str, A: FloatArray, touched: list[_Contact], there: str, B: FloatArray
+    first_link: str, A: FloatArray, touched: list[_Contact], second_link: str, B: FloatArray
 ) -> Iterator[tuple[str, FloatArray, FloatArray]]:
     """Iterate over the unit forces at the ends of all spans between two via points."""
     if not touched[0].is_pulley:
-        yield here, A, touched[0].entering
+        yield first_link, A, touched[0].entering
     for c in touched:
         if not c.is_pulley:
             yield c.link, _point_on_force_line(c.touch, c.begin, c.entering), -c.entering
         yield c.link, _point_on_force_line(c.lift, c.end, c.leaving), c.leaving
-    yield there, B, -touched[-1].leaving
+    yield second_link, B, -touched[-1].leaving
 
 
 def _point_on_force_line(

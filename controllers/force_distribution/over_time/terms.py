@@ -171,8 +171,8 @@ def convex(H: FloatArray, added: FloatArray, A: FloatArray) -> FloatArray:
     factor = 1.0 / (1.0 + abs(unit[..., 0]))
     basis = np.broadcast_to(np.eye(3)[:, 1:], (*A.shape, 2)).copy()
     basis -= factor[..., None, None] * normal[..., :, None] * normal[..., None, 1:]
-    whole = H + added[..., None] * np.eye(3)
-    values, vectors = np.linalg.eigh(basis.mT @ whole @ basis)
+    damped = H + added[..., None] * np.eye(3)
+    values, vectors = np.linalg.eigh(basis.mT @ damped @ basis)
     lift = basis @ vectors
     raised = np.maximum(-values, 0.0)[..., None, :]
     return np.asarray(H + (lift * raised) @ lift.mT)
