@@ -18,21 +18,21 @@ _NUMBERS = "values changed"
 
 def contents(robot: Robot) -> Contents:
     """Return descriptions and fingerprints of the named parts of a robot."""
-    parts: dict[str, tuple[str, Any]] = {}
+    items: dict[str, tuple[str, Any]] = {}
     for link in robot.links:
-        parts[f"link {link.name}"] = f"{link.inertia.mass:.4g} kg", link
+        items[f"link {link.name}"] = f"{link.inertia.mass:.4g} kg", link
     for joint in robot.joints:
-        parts[f"joint {joint.name}"] = _joint(joint), joint
+        items[f"joint {joint.name}"] = _joint(joint), joint
     for m in robot.muscles:
         forces = f"{m.f_min:g} to {m.f_max:g} N"
         text = f"{len(m.via_points)} points, {len(m.wraps)} wraps, {forces}, {m.model.kind}"
-        parts[f"muscle {m.name}"] = text, m
+        items[f"muscle {m.name}"] = text, m
     for surface in robot.wrap_surfaces:
         text = f"{surface.shape} of {1000 * surface.radius:.4g} mm on {surface.link}"
-        parts[f"wrap surface {surface.name}"] = text, surface
+        items[f"wrap surface {surface.name}"] = text, surface
     for frame in robot.task_frames:
-        parts[f"task point {frame.name}"] = f"on {frame.link}", frame
-    return {name: (text, digest(repr(part).encode())) for name, (text, part) in parts.items()}
+        items[f"task point {frame.name}"] = f"on {frame.link}", frame
+    return {name: (text, digest(repr(item).encode())) for name, (text, item) in items.items()}
 
 
 def changes(before: Contents, after: Contents) -> Iterator[str]:

@@ -58,38 +58,38 @@ def folder_replacement(folder: str | Path) -> Iterator[Replacement]:
     """
     folder = require_folder(folder)
     created = [path for path in (folder, *folder.parents) if not path.exists()]  # innermost first
-    part = folder / PART
+    staging = folder / PART
     try:
-        _prepare(folder, part)
-        yield Replacement(folder, part)
+        _prepare(folder, staging)
+        yield Replacement(folder, staging)
     except OSError as error:
         name = f" ({Path(error.filename).name})" if isinstance(error.filename, str) else ""
         raise file_error(error, f"cannot be written{name}", folder) from error
     except (InputError, MachineError) as error:
         kind = type(error)
-        if kind in (InputError, MachineError) and error.file and error.file.is_relative_to(part):
+        if kind in (InputError, MachineError) and error.file and error.file.is_relative_to(staging):
             raise kind(error.problem, file=folder) from error
         raise
     finally:
-        _tidy(part, created)
+        _tidy(staging, created)
 
 
-def _prepare(folder: Path, part: Path) -> None:
-    if part.is_symlink() or part.is_file():
-        raise InputError("blocks the export; remove it", file=part)
+def _prepare(folder: Path, staging: Path) -> None:
+    if staging.is_symlink() or staging.is_file():
+        raise InputError("blocks the export; remove it", file=staging)
     folder.mkdir(parents=True, exist_ok=True)
-    recover(folder, part)
-    if part.exists():
-        shutil.rmtree(part)
+    recover(folder, staging)
+    if staging.exists():
+        shutil.rmtree(staging)
     for name in ("new", "old"):
-        (part / name).mkdir(parents=True)
+        (staging / name).mkdir(parents=True)
 
 
-def _tidy(part: Path, created: list[Path]) -> None:
+def _tidy(staging: Path, created: list[Path]) -> None:
     """Remove the subfolder, and the created folders if they are empty."""
-    if (part / JOURNAL).exists():
+    if (staging / JOURNAL).exists():
         return  # neither completed nor undone; the next export recovers
-    shutil.rmtree(part, ignore_errors=True)
+    shutil.rmtree(staging, ignore_errors=True)
     with suppress(OSError):
         for path in created:
             path.rmdir()
@@ -103,10 +103,10 @@ class Replacement:
         new: Folder in which the new files are written.
     """
 
-    def __init__(self, folder: Path, part: Path) -> None:
+    def __init__(self, folder: Path, staging: Path) -> None:
         self.folder = folder
-        self.new = part / "new"
-        self._part = part
+        self.new = staging / "new"
+        self._staging = staging
         self._findings: list[Finding] = []
 
     def commit(
@@ -137,7 +137,7 @@ class Replacement:
         text = manifest_text(marks | of_experiment, contents)
         (self.new / MANIFEST).write_text(text, encoding="utf-8", newline="\n")
         moves.append((f"{PART}/new/{MANIFEST}", MANIFEST))
-        move_all(self.folder, self._part, moves)
+        move_all(self.folder, self._staging, moves)
         for path in stale:
             remove_empty(self.folder, path)
         return tuple(self.folder / path for path in marks), self._findings

@@ -19,19 +19,19 @@ Move = tuple[str, str]
 """Source and target relative to the folder; the target must not exist."""
 
 
-def move_all(folder: Path, part: Path, moves: Sequence[Move]) -> None:
+def move_all(folder: Path, staging: Path, moves: Sequence[Move]) -> None:
     """Move files inside a folder; if a move fails, undo all moves.
 
     Args:
         folder: Folder that contains all sources and targets.
-        part: Folder on the same drive in which the journal is written.
+        staging: Folder on the same drive in which the journal is written.
         moves: Moves, in order.
 
     Raises:
         OSError: A file could not be moved; all files are unchanged.
     """
-    journal = part / JOURNAL
-    aside = part / f"{JOURNAL}.tmp"  # the journal must be either complete or missing
+    journal = staging / JOURNAL
+    aside = staging / f"{JOURNAL}.tmp"  # the journal must be either complete or missing
     aside.write_text(json_text(moves), encoding="utf-8")
     aside.replace(journal)
     try:
@@ -45,14 +45,14 @@ def move_all(folder: Path, part: Path, moves: Sequence[Move]) -> None:
         raise
 
 
-def recover(folder: Path, part: Path) -> None:
+def recover(folder: Path, staging: Path) -> None:
     """Undo the moves of a transaction that was interrupted by a crash, if a journal exists.
 
     Raises:
         InputError: The journal is damaged.
         OSError: A file could not be moved back.
     """
-    journal = part / JOURNAL
+    journal = staging / JOURNAL
     if not journal.exists():
         return
     plain = read_json(journal)

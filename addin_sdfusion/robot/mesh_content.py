@@ -150,9 +150,9 @@ def _scene(scene: Any, kind: str) -> str | None:
     """Check the scene in a glTF file."""
     if not isinstance(scene, dict) or not scene.get("asset") or not scene.get("meshes"):
         return f"it is not a {kind} mesh: it has no faces"
-    parts = [*(scene.get("buffers") or ()), *(scene.get("images") or ())]
-    for part in parts:
-        uri = part.get("uri", "data:") if isinstance(part, dict) else ""
+    resources = [*(scene.get("buffers") or ()), *(scene.get("images") or ())]
+    for resource in resources:
+        uri = resource.get("uri", "data:") if isinstance(resource, dict) else ""
         if not str(uri).startswith("data:"):
             return f"it requires another file, {str(uri)[:80]!r}; save it as one .glb file"
     return _scene_size_problem(scene)

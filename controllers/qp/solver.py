@@ -240,8 +240,8 @@ def as_qpsolvers(
     import qpsolvers
 
     H, g, A, b, lb, ub = (
-        np.array(part)
-        for part in (problem.H_diagonal, problem.g, problem.A, problem.b, problem.lb, problem.ub)
+        np.array(array)
+        for array in (problem.H_diagonal, problem.g, problem.A, problem.b, problem.lb, problem.ub)
     )
     if not eps.any():
         return qpsolvers.Problem(np.diag(H), g, A=A, b=b, lb=lb, ub=ub)

@@ -118,8 +118,8 @@ def _raise_degree(c: FloatArray, orders: int) -> FloatArray:
     raised = np.zeros((orders, c.shape[1]))
     for a in range(len(c)):
         for j in range(more + 1):
-            part = c[a] * math.comb(degree, a) * math.comb(more, j)
-            raised[a + j] += part / math.comb(degree + more, a + j)
+            term = c[a] * math.comb(degree, a) * math.comb(more, j)
+            raised[a + j] += term / math.comb(degree + more, a + j)
     return raised
 
 

@@ -129,7 +129,7 @@ def _step(
     free = ~((z <= problem.low) & (g > 0.0) | (z >= problem.high) & (g < 0.0))
     step = np.zeros(len(z))
     if free.any():
-        part = H[np.ix_(free, free)]
-        scaled = part + damping * np.diag(np.diag(part))
+        H_free = H[np.ix_(free, free)]
+        scaled = H_free + damping * np.diag(np.diag(H_free))
         step[free] = -np.linalg.solve(scaled, g[free])
     return step

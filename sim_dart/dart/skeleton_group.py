@@ -44,12 +44,12 @@ def build_skeletons(robot: Robot) -> Skeleton:
     Raises:
         InputError: The mass matrix of a tree is singular.
     """
-    parts = trees(robot)
-    if len(parts) == 1:
+    robots = trees(robot)
+    if len(robots) == 1:
         return build_skeleton(robot)
-    names = [c.name for part in parts for c in part.coordinates]
+    names = [c.name for each in robots for c in each.coordinates]
     order = [names.index(c.name) for c in robot.coordinates]
-    return SkeletonGroup([build_skeleton(part) for part in parts], order)
+    return SkeletonGroup([build_skeleton(each) for each in robots], order)
 
 
 class SkeletonGroup(Skeleton):
@@ -59,59 +59,59 @@ class SkeletonGroup(Skeleton):
         order: Index of every coordinate of the robot in the concatenated coordinates of the parts.
     """
 
-    def __init__(self, parts: Sequence[Skeleton], order: list[int]) -> None:
-        bodies = {name: body for part in parts for name, body in part.bodies.items()}
-        self._parts = list(parts)
-        super().__init__(_ConcatenatedSkeletons(parts), bodies, order)
+    def __init__(self, skeletons: Sequence[Skeleton], order: list[int]) -> None:
+        bodies = {name: body for skeleton in skeletons for name, body in skeleton.bodies.items()}
+        self._skeletons = list(skeletons)
+        super().__init__(_ConcatenatedSkeletons(skeletons), bodies, order)
 
     @property
     def darts(self) -> list[Any]:
         """The skeletons of DART."""
-        return [dart for part in self._parts for dart in part.darts]
+        return [dart for skeleton in self._skeletons for dart in skeleton.darts]
 
 
 class _ConcatenatedSkeletons:
     """Interface of a dartpy Skeleton for several concatenated skeletons."""
 
-    def __init__(self, parts: Sequence[Skeleton]) -> None:
-        self._parts = list(parts)
-        counts = [part.dart.getNumDofs() for part in parts]
+    def __init__(self, skeletons: Sequence[Skeleton]) -> None:
+        self._skeletons = list(skeletons)
+        counts = [skeleton.dart.getNumDofs() for skeleton in skeletons]
         ends = np.cumsum(counts).tolist()
         self._slices = [slice(end - n, end) for end, n in zip(ends, counts, strict=True)]
 
     def getPositions(self) -> FloatArray:
-        return np.concatenate([part.get_positions() for part in self._parts])
+        return np.concatenate([skeleton.get_positions() for skeleton in self._skeletons])
 
     def getVelocities(self) -> FloatArray:
-        return np.concatenate([part.get_velocities() for part in self._parts])
+        return np.concatenate([skeleton.get_velocities() for skeleton in self._skeletons])
 
     def setPositions(self, values: FloatArray) -> None:
-        for part, rows in zip(self._parts, self._slices, strict=True):
-            part.set_positions(values[rows])
+        for skeleton, rows in zip(self._skeletons, self._slices, strict=True):
+            skeleton.set_positions(values[rows])
 
     def setVelocities(self, values: FloatArray) -> None:
-        for part, rows in zip(self._parts, self._slices, strict=True):
-            part.set_velocities(values[rows])
+        for skeleton, rows in zip(self._skeletons, self._slices, strict=True):
+            skeleton.set_velocities(values[rows])
 
     def setForces(self, values: FloatArray) -> None:
-        for part, rows in zip(self._parts, self._slices, strict=True):
-            part.set_forces(values[rows])
+        for skeleton, rows in zip(self._skeletons, self._slices, strict=True):
+            skeleton.set_forces(values[rows])
 
     def resetAccelerations(self) -> None:
-        for part in self._parts:
-            part.dart.resetAccelerations()
+        for skeleton in self._skeletons:
+            skeleton.dart.resetAccelerations()
 
     def getMass(self) -> float:
-        return float(sum(part.dart.getMass() for part in self._parts))
+        return float(sum(skeleton.dart.getMass() for skeleton in self._skeletons))
 
     def getCOM(self) -> FloatArray:
         moments: FloatArray = sum(
-            (part.dart.getMass() * part.dart.getCOM() for part in self._parts), np.zeros(3)
+            (s.dart.getMass() * s.dart.getCOM() for s in self._skeletons), np.zeros(3)
         )
         return moments / self.getMass()
 
     def computeKineticEnergy(self) -> float:
-        return float(sum(part.dart.computeKineticEnergy() for part in self._parts))
+        return float(sum(skeleton.dart.computeKineticEnergy() for skeleton in self._skeletons))
 
     def getNumDofs(self) -> int:
         return self._slices[-1].stop if self._slices else 0
@@ -123,5 +123,5 @@ class _ConcatenatedSkeletons:
         return self._bodies()[index]
 
     def _bodies(self) -> list[Any]:
-        darts = [part.dart for part in self._parts]
+        darts = [skeleton.dart for skeleton in self._skeletons]
         return [dart.getBodyNode(k) for dart in darts for k in range(dart.getNumBodyNodes())]

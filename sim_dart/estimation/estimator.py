@@ -199,9 +199,9 @@ class PoseEstimator:
     def set_state(self, state: FloatArray) -> None:
         """Restore a state from `get_state`."""
         first = 0
-        for part in self._remembered:
-            part[:] = state[first : first + part.size]
-            first += part.size
+        for array in self._remembered:
+            array[:] = state[first : first + array.size]
+            first += array.size
 
     def path_lengths(self, q: ArrayLike) -> FloatArray:
         """Return the path lengths l(q) of the model, shape (m,), in [m]."""

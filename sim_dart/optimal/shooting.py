@@ -257,8 +257,8 @@ class Shooting:
         ends, rows = np.empty((count, self.nx)), np.empty((count, self.nx, len(inputs)))
         bad = []
 
-        def run(worker: int, part: slice) -> None:
-            arrays = lengths[part], starts[part], controls[part], inputs, ends[part], rows[part]
+        def run(worker: int, span: slice) -> None:
+            arrays = lengths[span], starts[span], controls[span], inputs, ends[span], rows[span]
             bad.append(self._workers[worker].run(self.steps, *arrays))
 
         self._threads.share(run, count, is_small=count < _MIN_SHARED)
@@ -271,18 +271,18 @@ class Shooting:
     def _along_parameters(self, x: FloatArray, u: FloatArray, h: FloatArray) -> FloatArray | None:
         """Return the derivatives of the ends by the parameters, shape (k, nx, np)."""
         count, numbers = len(h), self._numbers
-        found = np.empty((len(self._parameters), count, self.nx))
+        by_p = np.empty((len(self._parameters), count, self.nx))
         slopes = np.empty((0, 0)) if numbers is None else numbers.slopes(self._parameters)
         lengths, starts, controls = self._arguments(x, u, h)
         bad = []
 
-        def run(worker: int, part: slice) -> None:
-            arrays = lengths[part], starts[part], controls[part]
-            for slope, rows in zip(slopes, found, strict=True):
-                bad.append(self._workers[worker].run_along(self.steps, *arrays, slope, rows[part]))
+        def run(worker: int, span: slice) -> None:
+            arrays = lengths[span], starts[span], controls[span]
+            for slope, rows in zip(slopes, by_p, strict=True):
+                bad.append(self._workers[worker].run_along(self.steps, *arrays, slope, rows[span]))
 
         self._threads.share(run, count, is_small=count < _MIN_SHARED)
-        return None if any(bad) or not np.isfinite(found).all() else found.transpose(1, 2, 0)
+        return None if any(bad) or not np.isfinite(by_p).all() else by_p.transpose(1, 2, 0)
 
     def _arguments(
         self, x: FloatArray, u: FloatArray, h: FloatArray

@@ -67,9 +67,9 @@ class CoreMechanism(Mechanism):
             self._is_loaded = False
         if external is None:
             return None
-        for part, target in ((external.loads, self._loads), (external.wrenches, self._wrenches)):
-            if part is not None:
-                target[:] = part.reshape(target.shape)
+        for values, target in ((external.loads, self._loads), (external.wrenches, self._wrenches)):
+            if values is not None:
+                target[:] = values.reshape(target.shape)
                 self._is_loaded = True
         return external.torques.tobytes()
 

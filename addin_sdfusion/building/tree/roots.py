@@ -29,7 +29,7 @@ class Roots(NamedTuple):
 
 
 def find_roots(
-    parts: Sequence[Sequence[str]],
+    groups: Sequence[Sequence[str]],
     between: Sequence[Edge],
     world: Sequence[Edge],
     grounded: Sequence[str],
@@ -44,7 +44,7 @@ def find_roots(
     it is the only link that is not a child.
 
     Args:
-        parts: Groups of connected links, in order.
+        groups: Groups of connected links, in order.
         between: Connections between the links.
         world: Joints to the root component.
         grounded: Links that are fixed to the root component.
@@ -56,9 +56,9 @@ def find_roots(
     connected = in_name_order({*grounded, *(edge.links[0] for edge in world)})
     fixed = {*grounded, *(edge.links[0] for edge in world if edge.is_rigid)}
     roots: dict[int, str] = {}
-    for k, part in enumerate(parts):
-        candidates = [link for link in connected if link in part]
-        if settings.base in part:
+    for k, group in enumerate(groups):
+        candidates = [link for link in connected if link in group]
+        if settings.base in group:
             roots[k] = settings.base
             findings += _ignored_grounds(candidates, grounded, bodies, settings)
         elif candidates:
@@ -71,9 +71,9 @@ def find_roots(
                 )
                 findings.append(_several_bases_error(subject, problem))
     if not roots:
-        return _ungrounded_roots(parts, between, settings, subject)
-    loose = [part for k, part in enumerate(parts) if k not in roots]
-    findings += [_unconnected_error(part) for part in loose]
+        return _ungrounded_roots(groups, between, settings, subject)
+    loose = [group for k, group in enumerate(groups) if k not in roots]
+    findings += [_unconnected_error(group) for group in loose]
     base = next((r for r in roots.values() if r == settings.base), "")
     if not base and not settings.fixed_base and len(roots) > 1:
         problem = f"links {listed(in_name_order(roots.values()))} are fixed to the world"
@@ -82,18 +82,20 @@ def find_roots(
         )
     ordered = sorted(in_name_order(roots.values()), key=lambda link: link != base)
     floating = "" if settings.fixed_base else ordered[0]
-    ordered += [_first_root(part, between) for part in loose]
+    ordered += [_first_root(group, between) for group in loose]
     return Roots(tuple(ordered), floating, tuple(findings))
 
 
 def _ungrounded_roots(
-    parts: Sequence[Sequence[str]],
+    groups: Sequence[Sequence[str]],
     between: Sequence[Edge],
     settings: ExportSettings,
     subject: Subject,
 ) -> Roots:
     """Return the roots of a robot without links that are fixed to the world."""
-    candidates = in_name_order(link for part in parts for link in _non_child_links(part, between))
+    candidates = in_name_order(
+        link for group in groups for link in _non_child_links(group, between)
+    )
     findings = []
     if not candidates:
         problem = "no link is grounded, and every link is the child of a joint: no base is found"
@@ -102,26 +104,26 @@ def _ungrounded_roots(
     elif len(candidates) > 1:
         problem = f"no link is grounded, and links {listed(candidates)} are not children of a joint"
         findings.append(_several_bases_error(subject, problem))
-    roots = tuple(_first_root(part, between) for part in parts)
+    roots = tuple(_first_root(group, between) for group in groups)
     return Roots(roots, "" if settings.fixed_base else roots[0], tuple(findings))
 
 
-def _first_root(part: Sequence[str], between: Sequence[Edge]) -> str:
-    return in_name_order(_non_child_links(part, between) or part)[0]
+def _first_root(group: Sequence[str], between: Sequence[Edge]) -> str:
+    return in_name_order(_non_child_links(group, between) or group)[0]
 
 
-def _non_child_links(part: Sequence[str], between: Sequence[Edge]) -> list[str]:
-    """Return the links of a part that are not children of a joint.
+def _non_child_links(group: Sequence[str], between: Sequence[Edge]) -> list[str]:
+    """Return the links of a group that are not children of a joint.
 
     Only the first of several rigidly connected links is returned.
     """
-    together = DisjointSets(part)
-    inside = [edge for edge in between if edge.links[0] in part]
+    together = DisjointSets(group)
+    inside = [edge for edge in between if edge.links[0] in group]
     for edge in inside:
         if edge.symmetric:
             together.join(*edge.links)
     children = {together.find(edge.one) for edge in inside if not edge.symmetric and edge.one}
-    firsts = {together.find(link): link for link in reversed(part)}
+    firsts = {together.find(link): link for link in reversed(group)}
     return [link for body, link in firsts.items() if body not in children]
 
 
@@ -148,9 +150,9 @@ def _several_bases_error(subject: Subject, problem: str) -> Finding:
     return error(subject, "several-bases", message)
 
 
-def _unconnected_error(part: Sequence[str]) -> Finding:
-    one = len(part) == 1
-    subject = Subject("link", part[0])
-    which = "no joint connects it" if one else f"no joint connects it, and {listed(part[1:])},"
+def _unconnected_error(group: Sequence[str]) -> Finding:
+    one = len(group) == 1
+    subject = Subject("link", group[0])
+    which = "no joint connects it" if one else f"no joint connects it, and {listed(group[1:])},"
     advice = "; add a joint or a rigid group, or ground its component"
     return error(subject, "link-not-connected", f"{which} to the base{advice}")

@@ -95,7 +95,7 @@ class _Search:
             )
             self._findings.append(error(Subject("design", design), "unknown-base", problem))
         self._roots = find_roots(
-            self._parts,
+            self._groups,
             self._between,
             self._world,
             self._grounded,
@@ -137,26 +137,26 @@ class _Search:
         needed = [
             edge for edge in joints_first if not edge.is_rigid or self._bodies.join(*edge.links)
         ]
-        parts = DisjointSets(graph.links)
+        groups = DisjointSets(graph.links)
         for edge in between:
-            parts.join(*edge.links)
+            groups.join(*edge.links)
         for edge in graph.grounding:
-            if parts.join(*edge.links):
+            if groups.join(*edge.links):
                 self._bodies.join(*edge.links)
                 needed.append(edge)
-        self._parts = [in_name_order(part) for part in parts.groups()]
+        self._groups = [in_name_order(group) for group in groups.groups()]
         return sorted(needed, key=edge_key)
 
     def _effective_grounds(self, graph: Graph) -> list[str]:
         """Return the grounded links to which no joint or user-grounded link takes precedence."""
         effective: list[str] = []
         jointed = {edge.links[0] for edge in self._world}
-        for part in self._parts:
-            firm = [link for link in part if link in graph.pinned or link in jointed]
+        for group in self._groups:
+            firm = [link for link in group if link in graph.pinned or link in jointed]
             bodies = {self._bodies.find(link) for link in firm}
-            for link in (link for link in graph.grounded if link in part):
+            for link in (link for link in graph.grounded if link in group):
                 same = self._bodies.find(link) in bodies and link not in jointed
-                if not firm or link in graph.pinned or same or self._base in part:
+                if not firm or link in graph.pinned or same or self._base in group:
                     effective.append(link)
                 else:
                     self._findings.append(_ground_ignored(link, firm[0], link in jointed))
@@ -204,8 +204,8 @@ class _Search:
         self._findings.append(error(Subject("joint", edge.name), "joint-to-ground", problem))
 
     def _world_edges_of(self, root: str) -> list[Edge]:
-        part = next(part for part in self._parts if root in part)
-        return [edge for edge in self._world if edge.links[0] in part]
+        group = next(group for group in self._groups if root in group)
+        return [edge for edge in self._world if edge.links[0] in group]
 
     def _grow(self, roots: Sequence[Branch]) -> None:
         """Find the tree without the cut edges, breadth first, in the order of joint names.

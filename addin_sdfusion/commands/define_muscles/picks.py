@@ -46,13 +46,13 @@ def picked_point(
     defined = _defined_position(entity, use_centre)
     occurrence = entity.assemblyContext
     path = occurrence.fullPathName if occurrence else ""
-    part = f"What you picked in {occurrence.name!r}" if occurrence else "What you picked"
+    label = f"What you picked in {occurrence.name!r}" if occurrence else "What you picked"
     if defined is None:
-        return Pick(_clicked_position(entity, click), path, "", part)
+        return Pick(_clicked_position(entity, click), path, "", label)
     read_only = bool(problem_of(entity, occurrence))  # stored in the open design
     if isinstance(entity, adsk.fusion.ConstructionPoint) and not read_only:
         return Pick(defined, path, entities.point_key(entity), f"Point {entity.name!r}")
-    return Pick(defined, path, entities.handle(entity), part)
+    return Pick(defined, path, entities.handle(entity), label)
 
 
 def picked_surface(entity: Any, entities: Entities) -> Pick:
@@ -72,8 +72,8 @@ def picked_surface(entity: Any, entities: Entities) -> Pick:
     else:
         raise InputError("Muscles can wrap only over cylinders and spheres; pick such a face.")
     key = entities.face_key(entity)
-    part, problem = f"The face of {entity.body.name!r}", problem_of(entity, occurrence)
-    return Pick(face.centre, path, key, part, problem, replace(face, entity=key))
+    label, problem = f"The face of {entity.body.name!r}", problem_of(entity, occurrence)
+    return Pick(face.centre, path, key, label, problem, replace(face, entity=key))
 
 
 def _defined_position(entity: Any, use_centre: bool) -> Vector3 | None:

@@ -58,12 +58,12 @@ def of_surfaces(has: Callable[[WrapSurface], Any]) -> Finder:
 
 
 def _find_places(
-    kind: str, parts: Iterable[Any], has: Callable[[Any], Any]
+    kind: str, items: Iterable[Any], has: Callable[[Any], Any]
 ) -> Iterator[FeaturePlace]:
-    for part in parts:
-        found = has(part)
+    for item in items:
+        found = has(item)
         if found:
-            yield FeaturePlace(Subject(kind, part.name), _words(found))
+            yield FeaturePlace(Subject(kind, item.name), _words(found))
 
 
 def _words(found: object) -> dict[str, object]:

@@ -37,9 +37,9 @@ class Member:
     folder: Path | None = None
     roots: tuple[Path, ...] = ()
 
-    def full_name(self, part: str) -> str:
+    def full_name(self, item: str) -> str:
         """Return the name of a part in the combined robot."""
-        return part if part == WORLD else f"{self.name}_{part}"
+        return item if item == WORLD else f"{self.name}_{item}"
 
 
 def combine(name: str, members: Sequence[Member]) -> Robot:

@@ -138,23 +138,23 @@ def join_points(
     return tuple(joints), tuple(others)
 
 
-def _ends(part: LoopPoint) -> tuple[str, str]:
-    return part.parent, part.child
+def _ends(point: LoopPoint) -> tuple[str, str]:
+    return point.parent, point.child
 
 
-def _joint(parts: Sequence[LoopPoint]) -> tuple[LoopJoint | None, int]:
+def _joint(points: Sequence[LoopPoint]) -> tuple[LoopJoint | None, int]:
     """Return the loop joint of the first conditions, and their number; None if they are none."""
-    kinds = "".join(part.kind[0] for part in parts)
-    if kinds == "lll" and (found := _prismatic(*parts)) is not None:
+    kinds = "".join(point.kind[0] for point in points)
+    if kinds == "lll" and (found := _prismatic(*points)) is not None:
         return found, 3
-    if kinds.startswith("ll") and (found := _cylindrical(*parts[:2])) is not None:
+    if kinds.startswith("ll") and (found := _cylindrical(*points[:2])) is not None:
         return found, 2
-    if kinds.startswith("pd") and (found := _universal(*parts[:2])) is not None:
+    if kinds.startswith("pd") and (found := _universal(*points[:2])) is not None:
         return found, 2
-    if kinds.startswith("pp") and (found := _revolute(*parts[:2])) is not None:
+    if kinds.startswith("pp") and (found := _revolute(*points[:2])) is not None:
         return found, 2
     if kinds.startswith("p"):
-        return _made(parts[0], "ball"), 1
+        return _made(points[0], "ball"), 1
     return None, 1
 
 

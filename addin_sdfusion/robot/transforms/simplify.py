@@ -154,20 +154,20 @@ def _union(link: Link, parts: list[Link]) -> Link:
     return replace(link, inertia=inertia, meshes=meshes, shapes=shapes)
 
 
-def _sum(parts: list[Inertia]) -> Inertia:
+def _sum(bodies: list[Inertia]) -> Inertia:
     """Return the inertia of several rigidly connected bodies.
 
     If the total mass is zero, the centre of mass of the first body is used.
     """
-    mass = sum(part.mass for part in parts)
-    com = parts[0].com
+    mass = sum(body.mass for body in bodies)
+    com = bodies[0].com
     if mass > 0.0:
-        x, y, z = (sum(part.mass * part.com[i] for part in parts) / mass for i in range(3))
+        x, y, z = (sum(body.mass * body.com[i] for body in bodies) / mass for i in range(3))
         com = (x, y, z)
     matrix: Matrix3 = ((0.0, 0.0, 0.0),) * 3
-    for part in parts:
-        away = point_inertia(part.mass, subtract(part.com, com))
-        rows = part.matrix
+    for body in bodies:
+        away = point_inertia(body.mass, subtract(body.com, com))
+        rows = body.matrix
         matrix = (
             add(matrix[0], add(rows[0], away[0])),
             add(matrix[1], add(rows[1], away[1])),

@@ -171,8 +171,8 @@ class MuscleTrajectorySolver:
     def _primal_error(self, terms: Terms) -> float:
         """Return the largest error of balances, excitations and torques, scaled."""
         torque = _TORQUE * (terms.torque - self._D * self._y)
-        parts = terms.balance, self._excess(terms), torque
-        return max(float(abs(part).max(initial=0.0)) for part in parts)
+        residuals = terms.balance, self._excess(terms), torque
+        return max(float(abs(residual).max(initial=0.0)) for residual in residuals)
 
     def _dual_error(self, terms: Terms) -> float:
         """Return the largest gradient of the Lagrange function, scaled."""
@@ -185,8 +185,8 @@ class MuscleTrajectorySolver:
         of_x = self._x.dual
         of_x[:, :-1] += rows[:, :, 0]
         of_x[:, 1:] += rows[:, :, 2]
-        parts = of_a, of_x[self._problem.elastic], gradients.e - self._nu + self._e.dual
-        return _DUAL * max(float(abs(part).max(initial=0.0)) for part in parts)
+        residuals = of_a, of_x[self._problem.elastic], gradients.e - self._nu + self._e.dual
+        return _DUAL * max(float(abs(residual).max(initial=0.0)) for residual in residuals)
 
     def _error(self, primal: float, dual: float, barrier: float) -> float:
         return max(primal, dual, *(variable.error(barrier) for variable in self._variables()))

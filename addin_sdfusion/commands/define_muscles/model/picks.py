@@ -22,7 +22,7 @@ class Pick:
         occurrence: Path of the clicked occurrence.
         entity: Key of the clicked construction point, or handle of another entity; empty for a
             position without an entity, such as a position on a flat face.
-        part: Name for messages.
+        label: Name for messages.
         problem: Reason why it cannot be used, or an empty string.
         face: The cylinder or sphere, if a surface was picked.
     """
@@ -30,7 +30,7 @@ class Pick:
     position: Vector3
     occurrence: str
     entity: str
-    part: str
+    label: str
     problem: str = ""
     face: SurfaceSnapshot | None = None
 
@@ -46,7 +46,7 @@ def picked_link(model: MuscleModel, pick: Pick) -> str:
     link = model.link or model.link_of.get(pick.occurrence, "")
     if not link:
         raise InputError(
-            f"{pick.part} does not belong to a link: add it to a rigid group EXPORT_<link>, or "
+            f"{pick.label} does not belong to a link: add it to a rigid group EXPORT_<link>, or "
             "choose a link in the drop-down and pick again."
         )
     return link

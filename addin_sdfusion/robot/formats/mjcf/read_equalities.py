@@ -76,7 +76,7 @@ def _couple(row: Row, node: Node, compiled: Compiled, known: dict[str, Coordinat
 def with_loops(robot: Robot, document: Document, compiled: Compiled) -> Robot:
     """Return the robot with loop joints from equalities, which are exact here."""
     names = Names(joint.name for joint in robot.joints)
-    parts: list[LoopJoint | LoopPoint] = []
+    constraints: list[LoopJoint | LoopPoint] = []
     nodes: dict[str, Node] = {}
     exact: dict[str, Node] = {}
     for row in compiled.equalities:
@@ -84,14 +84,14 @@ def with_loops(robot: Robot, document: Document, compiled: Compiled) -> Robot:
         if is_part and row["active0"]:
             name = names.unique(row["name"] or row["type"])
             nodes[name] = document.node_at(row["line"]).with_subject(Subject("joint", name))
-            parts.append(_part(row, name, compiled))
+            constraints.append(_constraint(row, name, compiled))
             exact[name] = document.node_at(row["line"])
     bodies = rigid_bodies(robot.joints)
-    loops, others = closing_joints(parts, nodes, bodies)
+    loops, others = closing_joints(constraints, nodes, bodies)
     for point in others:
         note_equality(exact[point.name])
-    used = [part for part in parts if part not in others]
-    moving = [part.name for part in used if bodies.get(part.parent) != bodies.get(part.child)]
+    used = [c for c in constraints if c not in others]
+    moving = [c.name for c in used if bodies.get(c.parent) != bodies.get(c.child)]
     _note_exact([exact[name] for name in moving], "loops")
     return replace(robot, loops=loops)
 
@@ -108,7 +108,7 @@ def _path(row: Row, compiled: Compiled) -> Sequence[Row]:
     return compiled.wraps[tendon["adr"] : tendon["adr"] + tendon["num"]]
 
 
-def _part(row: Row, name: str, compiled: Compiled) -> LoopJoint | LoopPoint:
+def _constraint(row: Row, name: str, compiled: Compiled) -> LoopJoint | LoopPoint:
     if row["type"] == "tendon":
         (parent, at_parent), (child, at_child) = (
             _site(compiled, wrap["objid"], True) for wrap in _path(row, compiled)

@@ -30,34 +30,34 @@ def read_actuator(muscle: Node) -> CableModel | None:
     The original plug-in requires these elements but overwrites their values. Here the values are
     used, and a finding lists the parameters that they replace.
     """
-    parts = muscle.all(*ACTUATOR)
-    if not parts:
+    elements = muscle.all(*ACTUATOR)
+    if not elements:
         return None
     if muscle.optional("cable_model") is not None:
-        parts[0].warning(
+        elements[0].warning(
             "actuator-left-out",
             "its motor, gear and spring elements are ignored because it has a <cable_model>",
         )
         return None
-    given: dict[str, float] = {}
-    for part in parts:
-        given |= _parameters(part)
+    parameters: dict[str, float] = {}
+    for element in elements:
+        parameters |= _parameters(element)
     problem = (
         "its motor elements define a series_elastic_motor, whose command is a voltage; they "
-        f"replace the default {', '.join(given) or '(nothing)'}; remove them to command forces"
+        f"replace the default {', '.join(parameters) or '(nothing)'}; remove them to command forces"
     )
-    parts[0].warning("actuator-read", problem)
-    return CableModel("series_elastic_motor", tuple(given.items()))
+    elements[0].warning("actuator-read", problem)
+    return CableModel("series_elastic_motor", tuple(parameters.items()))
 
 
-def _parameters(part: Node) -> dict[str, float]:
-    words = ACTUATOR[part.tag]
+def _parameters(element: Node) -> dict[str, float]:
+    words = ACTUATOR[element.tag]
     found = {}
-    for child in part.all():
+    for child in element.all():
         if child.tag in words:
             found[words[child.tag]] = child.numbers(1)[0]
         else:
             known = ", ".join(words)
-            problem = f"<{child.tag}> of <{part.tag}> is ignored (known: {known})"
+            problem = f"<{child.tag}> of <{element.tag}> is ignored (known: {known})"
             child.warning("actuator-part-left-out", problem)
     return found

@@ -62,11 +62,11 @@ def join_chains(joints: Sequence[Joint], plugins: Sequence[Node]) -> tuple[list[
     inner: set[str] = set()
     for node in [child for plugin in plugins for child in plugin.all("joint")]:
         node = replace(node, subject=Subject("joint", node.attribute("name")))
-        parts = _chain_joints(node, by_name, used)
-        if parts:
-            used.update(part.name for part in parts)
-            places[parts[0].name] = _merge_joints(node, parts)
-            inner.update(part.child for part in parts[:-1])
+        chain = _chain_joints(node, by_name, used)
+        if chain:
+            used.update(joint.name for joint in chain)
+            places[chain[0].name] = _merge_joints(node, chain)
+            inner.update(joint.child for joint in chain[:-1])
     remaining = [joint for joint in joints if joint.name not in used or joint.name in places]
     return [places.get(joint.name, joint) for joint in remaining], inner
 
@@ -119,8 +119,8 @@ def _chain_joints(node: Node, by_name: dict[str, Joint], used: set[str]) -> list
         if name not in by_name:
             node.error("unknown-joint", unknown("joint", name, list(by_name)))
             return []
-    parts = [by_name[name] for name in names]
-    moved_by = [part.name for part in parts for _ in part.motions]
+    chain = [by_name[name] for name in names]
+    moved_by = [joint.name for joint in chain for _ in joint.motions]
     actual = list(enumerate(moved_by))
     named = [(word.motion, word.joint) for word in words]
     if (
@@ -132,7 +132,7 @@ def _chain_joints(node: Node, by_name: dict[str, Joint], used: set[str]) -> list
             "bad-chain", f"<joint> must name each motion of {short_repr(str(names))} exactly once"
         )
         return []
-    for first, second in pairwise(parts):
+    for first, second in pairwise(chain):
         between = compose(inverse(first.T_child_joint), second.T_parent_joint)
         if first.child != second.parent or between != IDENTITY:
             problem = f"joint {second.name!r} does not start where joint {first.name!r} ends"
@@ -141,13 +141,13 @@ def _chain_joints(node: Node, by_name: dict[str, Joint], used: set[str]) -> list
     if used.intersection(names):
         node.error("bad-chain", f"{short_repr(str(names))} already belong to another <joint>")
         return []
-    return parts
+    return chain
 
 
-def _merge_joints(node: Node, parts: Sequence[Joint]) -> Joint:
+def _merge_joints(node: Node, chain: Sequence[Joint]) -> Joint:
     words = _plugin_coordinates(node)
-    motions = [motion for part in parts for motion in part.motions]
-    driven = [part.coordinates[motion.coordinate] for part in parts for motion in part.motions]
+    motions = [motion for joint in chain for motion in joint.motions]
+    driven = [joint.coordinates[motion.coordinate] for joint in chain for motion in joint.motions]
     locations = node.notes.locations
     for word in words:
         axis = locations.get(
@@ -156,12 +156,12 @@ def _merge_joints(node: Node, parts: Sequence[Joint]) -> Joint:
         locations[Subject("coordinate", word.name)] = axis
     return Joint(
         node.subject.name,
-        parts[0].parent,
-        parts[-1].child,
+        chain[0].parent,
+        chain[-1].child,
         tuple(_drive_motions(node, motions, words)),
         tuple(word.apply_to(driven[word.motion]) for word in words),
-        parts[0].T_parent_joint,
-        parts[-1].T_child_joint,
+        chain[0].T_parent_joint,
+        chain[-1].T_child_joint,
     )
 
 

@@ -34,11 +34,11 @@ def _name_clashes(robot: Robot) -> Iterator[FeaturePlace]:
     """Report equal names of links, joints and frames, which share one namespace in SDF."""
     counts = Counter(subject.name for subject in _named_parts(robot))
     counts.update(joint_frame_name(loop.name, loop.child) for loop in robot.loops)
-    for parts in sdf_joints(robot).values():
+    for joints in sdf_joints(robot).values():
         counts.update(
-            joint_frame_name(part.name, part.child)
-            for part in parts
-            if needs_frame(part.T_child_joint)
+            joint_frame_name(joint.name, joint.child)
+            for joint in joints
+            if needs_frame(joint.T_child_joint)
         )
     for subject in _named_parts(robot):
         if counts[subject.name] > 1:

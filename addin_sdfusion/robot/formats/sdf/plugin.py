@@ -58,7 +58,7 @@ def extras_text(robot: Robot) -> str:
 def _joint_elements(robot: Robot) -> dict[str, list[str]]:
     """Return the joint elements of the motions of each joint, in order."""
     written = sdf_joints(robot).items()
-    return {name: [part.name for part in parts for _ in part.motions] for name, parts in written}
+    return {name: [j.name for j in joints for _ in j.motions] for name, joints in written}
 
 
 def plugin_content(

@@ -53,7 +53,7 @@ def write_sdf(robot: Robot, folder: str | Path, *, plugin: bool = True) -> list[
 def _model_sdf(robot: Robot, plugin: bool) -> str:
     root = element(None, "sdf", version="1.7")
     model = element(root, "model", name=robot.name)
-    joints = [part for parts in sdf_joints(robot).values() for part in parts]
+    joints = [joint for chain in sdf_joints(robot).values() for joint in chain]
     carriers = {joint.child: joint for joint in joints}
     massless = [Link(joint.child, Inertia(0.0)) for joint in joints if joint.between]
     for link in (*robot.links, *massless):

@@ -40,7 +40,7 @@ def read_loops(
 ) -> tuple[LoopJoint, ...]:
     """Return the loop joints of a model; report unsupported constraints."""
     names = Names(joint.name for joint in joints)
-    parts: list[LoopJoint | LoopPoint] = []
+    closings: list[LoopJoint | LoopPoint] = []
     nodes: dict[str, Node] = {}
     for node in constraints:
         if node.tag == COUPLER or not is_true(node, "isEnforced", True):
@@ -50,9 +50,9 @@ def read_loops(
             continue
         name = names.unique(node.attribute("name", "") or node.tag)
         about = nodes[name] = node.with_subject(Subject("joint", name))
-        part = _weld(about, frames, name) if node.tag == _WELD else _point(about, frames, name)
-        parts.append(part)
-    loops, others = closing_joints(parts, nodes, rigid_bodies(joints))
+        loop = _weld(about, frames, name) if node.tag == _WELD else _point(about, frames, name)
+        closings.append(loop)
+    loops, others = closing_joints(closings, nodes, rigid_bodies(joints))
     for point in others:
         _note_left_out(nodes[point.name])
     return loops
