@@ -36,12 +36,12 @@ def merge_similar(findings: Iterable[Finding]) -> list[Finding]:
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)
-    found = []
+    merged = []
     for alike in kinds.values():
         if len(alike) <= MAX_ALIKE or alike[0].is_error:
-            found += alike
+            merged += alike
             continue
         others = [finding.subject.name for finding in alike[1:]]
         more = f"and {len(others)} more like it: {listed(others, MAX_ALIKE)}"
-        found.append(replace(alike[0], message=f"{alike[0].message} ({more})"))
-    return found
+        merged.append(replace(alike[0], message=f"{alike[0].message} ({more})"))
+    return merged

@@ -164,11 +164,11 @@ class _RobotBuilder:
             *up_hint(snapshot, masses.parts, base),
         ]
         massless = massless_links(links.names, masses.parts)
-        found = sort_findings(add_robot_findings(self.findings, massless, robot))
+        all_findings = sort_findings(add_robot_findings(self.findings, massless, robot))
         names = {each.link: each.exported_name for each in snapshot.settings.of_links}
         return BuiltRobot(
-            None if any(finding.is_error for finding in found) else rename_links(robot, names),
-            found,
+            None if any(f.is_error for f in all_findings) else rename_links(robot, names),
+            all_findings,
             {names.get(k, k): T.pose() for k, T in self._frames.T_world_link.items()},
             {names.get(k, k): bodies for k, bodies in masses.bodies.items()},
             links.of_occurrence,
@@ -180,8 +180,8 @@ class _RobotBuilder:
         """Return the robot without muscles, or None and the first error on the joints."""
         joints, uncoupled = add_couplings(self._frames.joints, self._snapshot.couplings)
         joints, unset = override_joint_settings(joints, self._snapshot.settings)
-        found = [*self.findings, *self._tree.findings, *self._loops.findings, *uncoupled, *unset]
-        for finding in found:
+        findings = [*self.findings, *self._tree.findings, *self._loops.findings, *uncoupled, *unset]
+        for finding in findings:
             if finding.is_error:
                 return None, finding.message
         return self._robot(RobotMuscles((), (), (), ()), joints), ""

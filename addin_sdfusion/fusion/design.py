@@ -76,10 +76,10 @@ def read_design(
     """
     application = adsk.core.Application.cast(design)
     product = design if application is None else application.activeProduct
-    found = adsk.fusion.Design.cast(product)
-    if found is None:
+    design = adsk.fusion.Design.cast(product)
+    if design is None:
         raise InputError("open a design first, and switch to the Design workspace")
-    return _DesignReader(found, masses, progress or no_progress, log or _log).read(meshes)
+    return _DesignReader(design, masses, progress or no_progress, log or _log).read(meshes)
 
 
 def _log(text: str) -> None:
@@ -160,8 +160,8 @@ class _DesignReader:
             if occurrence.native is not None:
                 parts.append(self._occurrence(occurrence, weigher))
             read = read_bodies(occurrence, mesher, weigher, self._notes, self._tick)
-            found = self._read_all("bodies", occurrence, read)
-            bodies += sorted(found, key=lambda body: (natural_key(body.name), body.kind))
+            found_bodies = self._read_all("bodies", occurrence, read)
+            bodies += sorted(found_bodies, key=lambda body: (natural_key(body.name), body.kind))
         return parts, bodies
 
     def _occurrence(self, occurrence: Occurrence, weigher: Weigher | None) -> OccurrenceSnapshot:
@@ -209,15 +209,15 @@ class _DesignReader:
         instances: Instances,
     ) -> tuple[SurfaceSnapshot, ...]:
         subject, read = Subject("design", "wrap surfaces"), list[SurfaceSnapshot]()
-        found = read_surfaces(self._design, occurrences, keys, places, self._notes)
-        self._notes.attempt(subject, "faces", read.extend, found)
+        surfaces = read_surfaces(self._design, occurrences, keys, places, self._notes)
+        self._notes.attempt(subject, "faces", read.extend, surfaces)
         read = [instances.surface(surface) for surface in read]
         return tuple(sorted(read, key=lambda s: (natural_key(s.occurrence), natural_key(s.entity))))
 
-    def _read_all(self, label: str, occurrence: Occurrence, found: Iterator[Item]) -> list[Item]:
+    def _read_all(self, label: str, occurrence: Occurrence, items: Iterator[Item]) -> list[Item]:
         """Return all items found in an occurrence before an unexpected error, if any."""
         read: list[Item] = []
-        self._notes.attempt(occurrence.subject, label, read.extend, found)
+        self._notes.attempt(occurrence.subject, label, read.extend, items)
         return read
 
     def _settings(self, attributes: Mapping[str, str]) -> ExportSettings:
@@ -258,8 +258,8 @@ class _DesignReader:
 _INTENTS: dict[Any, DesignIntent] = {0: "part", 1: "assembly", 2: "hybrid"}  # DesignIntentTypes
 
 
-def _in_order(found: Iterable[Named]) -> tuple[Named, ...]:
-    return tuple(sorted(found, key=lambda item: natural_key(item.name)))
+def _in_order(items: Iterable[Named]) -> tuple[Named, ...]:
+    return tuple(sorted(items, key=lambda item: natural_key(item.name)))
 
 
 def _point_key(point: PointSnapshot) -> Any:

@@ -36,8 +36,8 @@ class Handles:
         entity, token = self._held.get(key, (None, ""))
         if entity is None or entity.isValid:
             return entity
-        found = optional(lambda: list(self._design.findEntityByToken(token))) or ()
-        if len(found) != 1:  # deleted, or a face that was split
+        entities = optional(lambda: list(self._design.findEntityByToken(token))) or ()
+        if len(entities) != 1:  # deleted, or a face that was split
             return None
-        self._held[key] = found[0], token
-        return found[0]
+        self._held[key] = entities[0], token
+        return entities[0]

@@ -20,9 +20,9 @@ from .occurrences import Occurrence, identity
 Named = TypeVar("Named", JointSnapshot, GroupSnapshot)
 
 
-def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Notes) -> list[Named]:
+def with_unique_names(items: Iterable[tuple[str, Named]], kind: str, notes: Notes) -> list[Named]:
     """Return the items with unique names: the first keeps its name, the others are numbered."""
-    pairs = list(found)
+    pairs = list(items)
     count = Counter(item.name for _, item in pairs)
     used = set(count)
     seen: set[str] = set()

@@ -102,11 +102,11 @@ def items(
     if collected is None:
         return
     try:
-        found = list(collected)
+        members = list(collected)
     except Cancelled:
         raise
     except Exception:  # an item fails: read the items one by one
         count = notes.attempt(subject, label, lambda: int(collected.count)) or 0
         tried = (notes.attempt(subject, label, collected.item, i) for i in range(count))
-        found = [item for item in tried if item is not None]
-    yield from found
+        members = [item for item in tried if item is not None]
+    yield from members

@@ -84,7 +84,7 @@ Occurrences = dict[str, Occurrence]
 def find_occurrences(root: Any, notes: Notes) -> Occurrences:
     """Return the root component, then every occurrence, in the order of their paths."""
     top = Occurrence(ROOT, ROOT, None, root, IDENTITY, IDENTITY)
-    found = {ROOT: top}
+    occurrences = {ROOT: top}
     first: dict[tuple[str, str], Transform] = {}
     waiting = [(native, top) for native in _native_children(top, notes)]
     while waiting:
@@ -92,15 +92,15 @@ def find_occurrences(root: Any, notes: Notes) -> Occurrences:
         occurrence = _occurrence(native, above, notes)
         if occurrence is None:
             continue
-        if occurrence.path in found:
+        if occurrence.path in occurrences:
             message = f"two occurrences have the path {occurrence.path!r}: rename one of them"
             notes.add("error", occurrence.subject, "same-path", message)
             continue
         T_first = first.setdefault(identity(occurrence), occurrence.T)
         occurrence = replace(occurrence, T_first=T_first)
-        found[occurrence.path] = occurrence
+        occurrences[occurrence.path] = occurrence
         waiting += [(below, occurrence) for below in _native_children(occurrence, notes)]
-    return dict(sorted(found.items(), key=lambda item: natural_key(item[0])))
+    return dict(sorted(occurrences.items(), key=lambda item: natural_key(item[0])))
 
 
 def _native_children(above: Occurrence, notes: Notes) -> list[Any]:
@@ -111,8 +111,8 @@ def _native_children(above: Occurrence, notes: Notes) -> list[Any]:
 def identity(occurrence: Occurrence) -> tuple[str, str]:
     """Return id and name of a component, since copies of a document have the same ids."""
     component = occurrence.component
-    found = optional(lambda: (str(component.id), str(component.name)))
-    return found or ("", occurrence.path)
+    id_and_name = optional(lambda: (str(component.id), str(component.name)))
+    return id_and_name or ("", occurrence.path)
 
 
 def component_id(component: Any) -> str:
@@ -126,14 +126,14 @@ def every_occurrence(root: Any) -> list[Any]:
     Occurrences with an unresolved reference to another document are skipped. Fusion's list of all
     occurrences fails if one of them is unresolved.
     """
-    found: list[Any] = []
+    natives: list[Any] = []
     waiting = optional(lambda: list(root.occurrences)) or []
     while waiting:
         native = waiting.pop(0)
         if optional(lambda: native.component) is not None:  # noqa: B023 -- called at once
-            found.append(native)
+            natives.append(native)
             waiting += optional(lambda: list(native.childOccurrences)) or []  # noqa: B023
-    return found
+    return natives
 
 
 def _occurrence(native: Any, above: Occurrence, notes: Notes) -> Occurrence | None:

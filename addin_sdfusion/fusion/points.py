@@ -28,7 +28,7 @@ def read_points(
 ) -> Iterator[PointSnapshot]:
     """Yield the points in an occurrence."""
     component = occurrence.component
-    found = []
+    points = []
     for native, name, proxy in each_in(
         occurrence, lambda: component.constructionPoints, notes, "point"
     ):
@@ -40,11 +40,11 @@ def read_points(
         read = notes.attempt(subject, "position", _positions, occurrence, native, proxy)
         if read is not None:
             use, lost = _use(attributes or {}, name, occurrence, places, notes)
-            found.append((name, read, use, problem or "", lost))
+            points.append((name, read, use, problem or "", lost))
     count: dict[str, int] = {}
     # Sorted by position in the component, which is the same in every occurrence.
-    found.sort(key=lambda point: (point[0], point[1][0]))
-    for name, (_, in_root), use, problem, lost in found:
+    points.sort(key=lambda point: (point[0], point[1][0]))
+    for name, (_, in_root), use, problem, lost in points:
         number = count[name] = count.get(name, -1) + 1
         key = keys.key(occurrence, name, number)
         yield PointSnapshot(name, occurrence.path, in_root, key, use, problem, lost)

@@ -99,17 +99,17 @@ def _faces(attribute: Any, notes: Notes) -> Iterator[Any]:
 
 def _by_body(faces: Iterable[Any], subject: Subject, notes: Notes) -> list[_Body]:
     """Return faces grouped by native body, in lists because API objects are not hashable."""
-    found: list[_Body] = []
+    bodies: list[_Body] = []
     for face in faces:
         body = notes.attempt(subject, "body", _body_of, face)
         if body is None:
             continue
-        known = next((other for other in found if other.native == body.native), None)
+        known = next((other for other in bodies if other.native == body.native), None)
         if known is None:
-            found.append(body)
+            bodies.append(body)
         else:
             known.faces.extend(body.faces)
-    return found
+    return bodies
 
 
 def _body_of(face: Any) -> _Body:

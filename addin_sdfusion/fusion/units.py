@@ -55,10 +55,10 @@ def direction(vector: Any) -> Vector3:
     """
     if vector is None:
         raise ValueError("Fusion returned no direction")
-    found = normalized((finite(vector.x), finite(vector.y), finite(vector.z)))
-    if not any(found):
+    unit = normalized((finite(vector.x), finite(vector.y), finite(vector.z)))
+    if not any(unit):
         raise ValueError("the direction is a zero vector")
-    return found
+    return unit
 
 
 def frame(matrix: Any) -> Transform:

@@ -46,12 +46,12 @@ def path_of(
             not listed do not move.
     """
     of = moved or {}
-    found = [point for point in table.points_of(muscle) if not point.lost]
-    places = [of.get(p.link, IDENTITY).apply(p.position) if of else p.position for p in found]
+    points = [point for point in table.points_of(muscle) if not point.lost]
+    places = [of.get(p.link, IDENTITY).apply(p.position) if of else p.position for p in points]
     uses = {use.after: (wrap, use) for wrap, use in table.wraps_of(muscle)}
     omitted = len(table.wraps_of(muscle)) - len(uses)
     path, length = places[:1], 0.0
-    for point, start, end in zip(found, places, places[1:], strict=False):
+    for point, start, end in zip(points, places, places[1:], strict=False):
         wrap, use = uses.get(point.number, (None, None))
         wrapped = None
         if wrap is not None and use is not None:

@@ -29,12 +29,12 @@ def load_class(file: Path, name: str, base: type) -> type[Any]:
     sys.modules[module] = loaded  # dataclasses search for the module there
     loader = spec.loader
     call_custom(file, lambda: loader.exec_module(loaded))
-    found = getattr(loaded, name, None)
-    if not isinstance(found, type):
+    loaded_class = getattr(loaded, name, None)
+    if not isinstance(loaded_class, type):
         raise UnknownNameError("class", name, [], file=file)
-    if not issubclass(found, base):
-        raise WrongBaseClassError(found, base, file)
-    return found
+    if not issubclass(loaded_class, base):
+        raise WrongBaseClassError(loaded_class, base, file)
+    return loaded_class
 
 
 class WrongBaseClassError(InputError):

@@ -90,16 +90,16 @@ def inherit_links(
     The link of the root component is not inherited.
     """
     above = {occurrence.path: occurrence.parent for occurrence in occurrences}
-    found = dict(named)
+    link_of = dict(named)
     for path in sorted(above):
         chain: list[str] = []
         at = path
-        while at != ROOT and at in above and at not in found and at not in chain:
+        while at != ROOT and at in above and at not in link_of and at not in chain:
             chain.append(at)
             at = above[at]
-        if at != ROOT and at in found:
-            found.update(dict.fromkeys(chain, found[at]))
-    return found
+        if at != ROOT and at in link_of:
+            link_of.update(dict.fromkeys(chain, link_of[at]))
+    return link_of
 
 
 def _from_groups(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding]]:

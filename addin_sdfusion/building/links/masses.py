@@ -108,10 +108,10 @@ class _MassCalculator:
         return self._whole[path]
 
     def _bodies_below(self, path: str) -> list[BodySnapshot]:
-        found = list(self._bodies.get(path, []))
+        bodies = list(self._bodies.get(path, []))
         for child in self._children.get(path, []):
-            found += self._bodies_below(child)
-        return found
+            bodies += self._bodies_below(child)
+        return bodies
 
     def _part(self, mass: MassSnapshot, subject: Subject) -> Part:
         sign = sign_of(mass) or self._sign

@@ -37,10 +37,10 @@ def lost_properties(edge: Edge) -> list[str]:
 
 def cutting_cost(edge: Edge) -> int:
     """Return the cost of a cut at an edge; 0 if every format keeps all properties of the edge."""
-    found = closing_type(edge)
-    if found is None:
+    closing = closing_type(edge)
+    if closing is None:
         return UNSUPPORTED
-    cost = _COSTS.get(found[0], _OTHER)
+    cost = _COSTS.get(closing[0], _OTHER)
     return max(cost, _WITH_PROPERTIES) if lost_properties(edge) else cost
 
 

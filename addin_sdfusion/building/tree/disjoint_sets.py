@@ -28,7 +28,7 @@ class DisjointSets:
 
     def groups(self) -> list[list[str]]:
         """Return the sets."""
-        found: dict[str, list[str]] = {}
+        by_root: dict[str, list[str]] = {}
         for name in self._above:
-            found.setdefault(self.find(name), []).append(name)
-        return list(found.values())
+            by_root.setdefault(self.find(name), []).append(name)
+        return list(by_root.values())

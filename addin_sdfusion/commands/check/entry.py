@@ -123,11 +123,11 @@ class Check(Window):
         if self._reading is None or not 0 <= row < len(self.findings):
             return
         self._shown = row
-        found = entities_of(self.design, self._reading, self.findings[row].subject)
-        self._hint = "" if found else "The object of this row cannot be shown in the design."
-        self.inputs.select("shown", found)
-        if found:
-            _point_camera(found)
+        entities = entities_of(self.design, self._reading, self.findings[row].subject)
+        self._hint = "" if entities else "The object of this row cannot be shown in the design."
+        self.inputs.select("shown", entities)
+        if entities:
+            _point_camera(entities)
 
 
 def summary(findings: list[Finding]) -> str:

@@ -32,9 +32,9 @@ class Entities:
             component = components.get(point.occurrence)
             if component is None or point.entity.startswith(KEPT):
                 continue
-            found = component.constructionPoints.itemByName(point.name)
-            if found is not None:
-                self.points[point.entity or f"{point.occurrence}/{point.name}"] = found
+            native = component.constructionPoints.itemByName(point.name)
+            if native is not None:
+                self.points[point.entity or f"{point.occurrence}/{point.name}"] = native
         visible = {component_id(component) for component in components.values()}
         for key, point, _ in hidden_points(design, visible):
             self.points[key] = point

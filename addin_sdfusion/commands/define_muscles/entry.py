@@ -166,8 +166,8 @@ class DefineMuscles(Window):
 
     def _replace_part(self) -> None:
         old, new = (_chosen(self.inputs.value(n), NO_PART) for n in ("old_part", "new_part"))
-        found = find_occurrences(self.design.rootComponent, Notes(lambda _: None))
-        poses = {path: occurrence.T for path, occurrence in found.items()}
+        occurrences = find_occurrences(self.design.rootComponent, Notes(lambda _: None))
+        poses = {path: occurrence.T for path, occurrence in occurrences.items()}
         replace_part(self.model, old, new, poses, self._find_face)
 
     def _find_face(self, link: str, image: SurfaceSnapshot) -> SurfaceSnapshot | None:

@@ -40,10 +40,10 @@ def read_appearance(body: Any) -> BodyAppearance:
 
 
 def _color(appearance: Any) -> str | None:
-    found: dict[str, Any] = {}
+    colors: dict[str, Any] = {}
     for each in appearance.appearanceProperties:
         colored = adsk.core.ColorProperty.cast(each)
         if colored is not None and colored.value is not None:
-            found[str(colored.id)] = colored.value
-    value = next((found[i] for i in _IDS if i in found), next(iter(found.values()), None))
+            colors[str(colored.id)] = colored.value
+    value = next((colors[i] for i in _IDS if i in colors), next(iter(colors.values()), None))
     return None if value is None else f"#{value.red:02x}{value.green:02x}{value.blue:02x}"

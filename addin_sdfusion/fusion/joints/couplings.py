@@ -61,18 +61,18 @@ def _joint(joint: Any, occurrence: Occurrence, joints: Joints) -> JointSnapshot:
     as_built = adsk.fusion.AsBuiltJoint.cast(joint) is not None
     context = joint.assemblyContext
     path = occurrence.path if context is None else path_of(context)
-    found = joints.get((path, str(joint.name), as_built))
-    if found is None:
+    snapshot = joints.get((path, str(joint.name), as_built))
+    if snapshot is None:
         raise ValueError(f"joint {joint.name!r} is not in the design")
-    return found
+    return snapshot
 
 
 def _motion(joint: JointSnapshot, kind: int) -> MotionSnapshot:
     role = _roles()[kind]
-    found = next((motion for motion in joint.motions if motion.role == role), None)
-    if found is None:
+    motion = next((m for m in joint.motions if m.role == role), None)
+    if motion is None:
         raise ValueError(f"joint {joint.name!r} has no motion {role or 'of this kind'}")
-    return found
+    return motion
 
 
 def _amount(parameter: Any, motion: MotionSnapshot) -> float:

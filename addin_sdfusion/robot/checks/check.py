@@ -75,10 +75,10 @@ def check(robot: Robot) -> list[Finding]:
 
 @cached_on_robot
 def _cached_findings(robot: Robot) -> tuple[Finding, ...]:
-    found = [finding for run_check in CHECKS for finding in run_check(robot)]
-    if not any(finding.is_error for finding in found):
-        found += [*pulleys.reached_points(robot), *plausible.plausible(robot)]
-    return tuple(errors_first(found))
+    findings = [finding for run_check in CHECKS for finding in run_check(robot)]
+    if not any(finding.is_error for finding in findings):
+        findings += [*pulleys.reached_points(robot), *plausible.plausible(robot)]
+    return tuple(errors_first(findings))
 
 
 def require_valid(robot: Robot) -> Robot:

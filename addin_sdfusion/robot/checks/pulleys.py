@@ -27,9 +27,9 @@ def pulleys(robot: Robot) -> Iterator[Finding]:
     for subject, muscle in all_muscles(robot):
         if muscle.pulley is None:
             continue
-        found = [*_names(subject, muscle.pulley), *_numbers(subject, muscle.pulley)]
-        yield from found
-        if not found:
+        findings = [*_names(subject, muscle.pulley), *_numbers(subject, muscle.pulley)]
+        yield from findings
+        if not findings:
             yield from _next_point(subject, muscle, muscle.pulley)
             yield from _bearing(subject, muscle, muscle.pulley)
 

@@ -56,7 +56,7 @@ class Feature:
     name: str
     find: Finder
     code: str = ""
-    message: str = "{format} has no {what}; omitted"
+    message: str = "{format} has no {feature}; omitted"
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Row:
     def findings(self, robot: Robot, format_: str) -> Iterator[Finding]:
         """Return the findings for a robot; `format_` is the name that messages use."""
         build = error if self.treatment == "rejected" else warning
-        words = {"format": format_, "what": self.features[0].name}
+        words = {"format": format_, "feature": self.features[0].name}
         for place in self.find(robot) if self.code else ():
             problem = self.message.format_map({**words, **place.words})
             yield build(place.subject, self.code, problem)
@@ -131,12 +131,12 @@ rejected = partial(_row, "rejected")
 
 
 def changed_together(features: Sequence[Feature], code: str, message: str) -> Row:
-    """Return a row that reports several features in one finding; `{what}` lists those found."""
+    """Return a row that reports several features in one finding; `{feature}` lists those found."""
 
     def find(robot: Robot) -> Iterator[FeaturePlace]:
-        found = [f.name for f in features if any(True for _ in f.find(robot))]
-        if found:
-            yield FeaturePlace(Subject("robot", robot.name), {"what": ", ".join(found)})
+        names = [f.name for f in features if any(True for _ in f.find(robot))]
+        if names:
+            yield FeaturePlace(Subject("robot", robot.name), {"feature": ", ".join(names)})
 
     return Row(tuple(features), "changed", code, message, find)
 

@@ -317,8 +317,8 @@ def _other_files(robot: Robot, folder: Path, files: Sequence[Path]) -> Iterator[
     These are other robot files, which make the folder name ambiguous, and a muscle table.
     """
     written, subject = {file.name for file in files}, Subject("robot", robot.name)
-    found = sorted(file.name for ending in _ROBOT_ENDINGS for file in folder.glob(f"*{ending}"))
-    others = [name for name in found if name not in written]
+    names = sorted(file.name for ending in _ROBOT_ENDINGS for file in folder.glob(f"*{ending}"))
+    others = [name for name in names if name not in written]
     if others:
         problem = (
             f"the folder also has {', '.join(others[:5])}{', ...' if len(others) > 5 else ''}; "

@@ -61,25 +61,25 @@ def _find_places(
     kind: str, items: Iterable[Any], has: Callable[[Any], Any]
 ) -> Iterator[FeaturePlace]:
     for item in items:
-        found = has(item)
-        if found:
-            yield FeaturePlace(Subject(kind, item.name), _words(found))
+        answer = has(item)
+        if answer:
+            yield FeaturePlace(Subject(kind, item.name), _words(answer))
 
 
-def _words(found: object) -> dict[str, object]:
-    if isinstance(found, dict):
-        return found
-    if isinstance(found, list):
-        return {"names": listed(found, len(found))}
-    return {"count": len(found)} if isinstance(found, tuple) else {}
+def _words(answer: object) -> dict[str, object]:
+    if isinstance(answer, dict):
+        return answer
+    if isinstance(answer, list):
+        return {"names": listed(answer, len(answer))}
+    return {"count": len(answer)} if isinstance(answer, tuple) else {}
 
 
 def points_of_muscles(has: Callable[[ViaPoint], Any]) -> Finder:
     """Return a finder of muscles with such via points; `{places}` counts them from 1."""
 
     def test(muscle: Muscle) -> Words:
-        found = [str(k) for k, point in enumerate(muscle.via_points, 1) if has(point)]
-        return {"places": ", ".join(found)} if found else {}
+        numbers = [str(k) for k, point in enumerate(muscle.via_points, 1) if has(point)]
+        return {"places": ", ".join(numbers)} if numbers else {}
 
     return of_muscles(test)
 
@@ -230,19 +230,19 @@ CONDITIONS = Feature(
     "via points that are active only at times",
     points_of_muscles(lambda point: point.when is not None),
     "point-condition-left-out",
-    "{format} has no {what}; always active: {places}",
+    "{format} has no {feature}; always active: {places}",
 )
 MOVING_POINTS = Feature(
     "points that move on their links",
     points_of_muscles(lambda point: point.moves),
     "point-motion-left-out",
-    "{format} has no {what}; fixed to their links: {places}",
+    "{format} has no {feature}; fixed to their links: {places}",
 )
 BRANCHES = Feature(
     "branches of tendons",
     of_muscles(lambda m: m.branches),
     "branches-left-out",
-    "{format} has no {what}; the path is written as a single piece",
+    "{format} has no {feature}; the path is written as a single piece",
 )
 TERMS = Feature(
     "lengths proportional to coordinates", of_muscles(lambda m: m.terms), "terms-left-out"
@@ -255,7 +255,7 @@ ELLIPSOIDS = Feature(
     "ellipsoid-left-out",
     "{format} has no ellipsoids as wrap surfaces; omitted with its wraps",
 )
-_RULES = "{format} has no {what}; it uses its native wrapping rules over {names}"
+_RULES = "{format} has no {feature}; it uses its native wrapping rules over {names}"
 OPENSIM_WRAPS = Feature(
     "wraps by OpenSim's rules",
     of_muscles(lambda m: _surfaces_by_rule(m, "opensim")),
@@ -298,7 +298,7 @@ TERMS_OMITTED = (
     omitted(TERMS, find=of_muscles(lambda m: m.terms and m.via_points), only="next to a path"),
     rejected(
         TERMS,
-        message="{format} has no {what}; add via points",
+        message="{format} has no {feature}; add via points",
         find=of_muscles(lambda m: m.terms and not m.via_points),
         only="without a path",
     ),

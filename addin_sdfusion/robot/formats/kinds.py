@@ -64,11 +64,11 @@ def robot_file(path: Path) -> Path:
         names = sorted(entry.name for entry in path.iterdir())
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from error
-    found = _robot_files(path, names)
-    if len(found) == 1:
-        return path / found[0]
+    files = _robot_files(path, names)
+    if len(files) == 1:
+        return path / files[0]
     listing = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
-    robots = f"{len(found)} robots ({', '.join(found[:10])})" if found else "no robot"
+    robots = f"{len(files)} robots ({', '.join(files[:10])})" if files else "no robot"
     problem = f"contains {robots} and no model.sdf (files: {listing or 'none'})"
     raise InputError(f"{problem}; specify the robot file: {ROBOT_PATHS}", file=path)
 
@@ -86,9 +86,9 @@ def _robot_files(folder: Path, names: list[str]) -> list[str]:
     if "model.sdf" in names:
         return ["model.sdf"]
     for suffix in (BODIES, ".urdf", ".osim"):
-        found = [name for name in names if name.endswith(suffix)]
-        if found:
-            return found
+        matching = [name for name in names if name.endswith(suffix)]
+        if matching:
+            return matching
     return [name for name in names if name.endswith(".xml") and _is_robot(folder / name)]
 
 

@@ -134,8 +134,8 @@ def _files_outside(main: Path, files: Sequence[Path], name: str) -> Iterator[Fin
             f"as {short_repr(named)}; written robots contain their content, but FMUs and results "
             "contain only files inside the folder of the experiment"
         )
-        found = warning(Subject("robot", name), "files-outside", problem)
-        yield replace(found, file=main)
+        note = warning(Subject("robot", name), "files-outside", problem)
+        yield replace(note, file=main)
 
 
 def _with_locations(findings: list[Finding], notes: Notes, file: Path) -> list[Finding]:

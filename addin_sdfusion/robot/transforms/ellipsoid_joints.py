@@ -87,8 +87,8 @@ def over_ellipsoid(motions: Sequence[Motion]) -> OverEllipsoid | None:
     a, b, c = half_axes
     exact = (a, b, c) if winging is None else (b, a, c)
     short = (_rounded(exact[0]), _rounded(exact[1]), _rounded(exact[2]))
-    found = [OverEllipsoid(radii, winging) for radii in (short, exact)]
-    return next((joint for joint in found if joint.motions() == tuple(motions)), None)
+    candidates = [OverEllipsoid(radii, winging) for radii in (short, exact)]
+    return next((joint for joint in candidates if joint.motions() == tuple(motions)), None)
 
 
 def _shift_along(motions: Sequence[Motion], axis: Vector3) -> float:

@@ -129,11 +129,11 @@ def join_points(
         same = [
             p for p in parts[k : k + 3] if isinstance(p, LoopPoint) and _ends(p) == _ends(first)
         ]
-        found, count = _joint(same)
-        if found is None:
+        joint, count = _joint(same)
+        if joint is None:
             others.append(first)
         else:
-            joints.append(found)
+            joints.append(joint)
         k += count
     return tuple(joints), tuple(others)
 
@@ -145,14 +145,14 @@ def _ends(point: LoopPoint) -> tuple[str, str]:
 def _joint(points: Sequence[LoopPoint]) -> tuple[LoopJoint | None, int]:
     """Return the loop joint of the first conditions, and their number; None if they are none."""
     kinds = "".join(point.kind[0] for point in points)
-    if kinds == "lll" and (found := _prismatic(*points)) is not None:
-        return found, 3
-    if kinds.startswith("ll") and (found := _cylindrical(*points[:2])) is not None:
-        return found, 2
-    if kinds.startswith("pd") and (found := _universal(*points[:2])) is not None:
-        return found, 2
-    if kinds.startswith("pp") and (found := _revolute(*points[:2])) is not None:
-        return found, 2
+    if kinds == "lll" and (joint := _prismatic(*points)) is not None:
+        return joint, 3
+    if kinds.startswith("ll") and (joint := _cylindrical(*points[:2])) is not None:
+        return joint, 2
+    if kinds.startswith("pd") and (joint := _universal(*points[:2])) is not None:
+        return joint, 2
+    if kinds.startswith("pp") and (joint := _revolute(*points[:2])) is not None:
+        return joint, 2
     if kinds.startswith("p"):
         return _made(points[0], "ball"), 1
     return None, 1

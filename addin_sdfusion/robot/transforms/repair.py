@@ -54,11 +54,11 @@ class Diagnosis:
             f"the inertias {links} are about the origin of the design, not about the centre of "
             f"mass; {REPAIR_HINT}"
         )
-        found = [warning(subject, "inertia-about-origin", problem)]
+        findings = [warning(subject, "inertia-about-origin", problem)]
         if self.swapped:
             problem = f"ixz and iyz {links} are swapped; {REPAIR_HINT}"
-            found.append(warning(subject, "inertia-xz-yz-swapped", problem))
-        return found
+            findings.append(warning(subject, "inertia-xz-yz-swapped", problem))
+        return findings
 
 
 def diagnose(links: Sequence[Link], poses: Sequence[Pose]) -> Diagnosis | None:

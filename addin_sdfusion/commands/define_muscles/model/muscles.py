@@ -86,10 +86,10 @@ def mirror(
     texts: list[str] = []
     mirrored: list[str] = []
     for muscle in muscles:
-        table, found = mirror_muscle(
+        table, findings = mirror_muscle(
             model.table, muscle, plane, model.links, replace_existing, find_face
         )
-        texts += [finding.message for finding in found]
+        texts += [finding.message for finding in findings]
         before = model.table.points_of
         mirrored += [r.name for r in table.rows if table.points_of(r.name) != before(r.name)]
         model.table = table

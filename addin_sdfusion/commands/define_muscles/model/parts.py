@@ -17,12 +17,12 @@ from .model import MuscleModel
 
 def used_parts(table: MuscleTable) -> list[str]:
     """Return the paths of all parts with points or wrap surfaces, also of parts not found."""
-    found: set[str] = set()
+    paths: set[str] = set()
     for path in _parts(table):
         while path:
-            found.add(path)
+            paths.add(path)
             path = path.rpartition("+")[0]
-    return sorted(found, key=natural_key)
+    return sorted(paths, key=natural_key)
 
 
 def replace_part(

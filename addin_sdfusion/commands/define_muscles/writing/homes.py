@@ -37,9 +37,9 @@ class Homes:
         self._design = design
         self._link_of = link_of
         self._points = points
-        found = find_occurrences(design.rootComponent, Notes(lambda _: None))
-        self._places = Places(design, found)
-        self.occurrences: dict[str, Any] = {p: o.native for p, o in found.items() if p}
+        occurrences = find_occurrences(design.rootComponent, Notes(lambda _: None))
+        self._places = Places(design, occurrences)
+        self.occurrences: dict[str, Any] = {p: o.native for p, o in occurrences.items() if p}
 
     def component(self, path: str) -> Any:
         """Return the component of an occurrence, or the root component."""

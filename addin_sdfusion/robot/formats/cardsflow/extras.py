@@ -213,11 +213,11 @@ def _with_points(robot: Robot, sources: Sequence[Node]) -> Robot:
 
 def _first_source(sources: Sequence[Node], tag: str) -> Node | None:
     """Return the first source with such elements; report elements that are ignored."""
-    found = [node for node in sources if node.all(tag)]
-    for node in found[1:]:
-        problem = f"<{tag}> of {found[0].file.name} line {found[0].line} is used, not these"
+    matching = [node for node in sources if node.all(tag)]
+    for node in matching[1:]:
+        problem = f"<{tag}> of {matching[0].file.name} line {matching[0].line} is used, not these"
         node.all(tag)[0].warning("second-source-left-out", problem)
-    return found[0] if found else None
+    return matching[0] if matching else None
 
 
 def _active(nodes: Sequence[Node]) -> str:

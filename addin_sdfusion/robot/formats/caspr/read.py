@@ -170,13 +170,13 @@ def _limits(node: Node, size: int) -> tuple[tuple[float, ...], tuple[float, ...]
     if missing:
         problem = "read as unlimited, as in older files; CASPR requires both"
         node.warning("no-limits", f"<joint> has no {' and no '.join(missing)}: {problem}")
-    found = {
+    limits = {
         word: (none,) * size
         if word in missing
         else node.numbers_attribute(word, size, infinite=True)
         for word, none in (("q_min", -inf), ("q_max", inf))
     }
-    return found["q_min"], found["q_max"]
+    return limits["q_min"], limits["q_max"]
 
 
 def _parent(link: Node, number: int, links: list[Link]) -> tuple[str, Vector3]:

@@ -130,17 +130,17 @@ def _nodes(file: Path, notes: Notes) -> dict[Space, list[Node]]:
 
 def _find_element(groups: dict[Space, list[Node]], name: str, space: Space, file: Path) -> Node:
     """Return the only element with this name and space."""
-    found = {
+    elements_of = {
         key: [node for node in nodes if node.attribute("id", "") == name]
         for key, nodes in groups.items()
     }
-    elements = found.pop(space)
-    if len(elements) > 1:
+    matching = elements_of.pop(space)
+    if len(matching) > 1:
         problem = f"trajectory {name!r} appears twice; rename one of them"
-        raise InputError(problem, file=file, line=elements[1].line)
-    if elements:
-        return elements[0]
-    for other, nodes in found.items():
+        raise InputError(problem, file=file, line=matching[1].line)
+    if matching:
+        return matching[0]
+    for other, nodes in elements_of.items():
         if nodes:
             problem = f"trajectory {name!r} is in {other} space, not in {space} space"
             raise InputError(problem, file=file, line=nodes[0].line)

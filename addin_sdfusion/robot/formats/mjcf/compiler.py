@@ -105,12 +105,12 @@ def answer(request: Request, opened: Callable[[], None] = lambda: None) -> Answe
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            found = _compile(request, opened)
+            tables = _compile(request, opened)
     except (ValueError, mujoco.FatalError) as error:
         return {"error": str(error)}
     except MemoryError:
         return {"error": "the model needs too much memory"}
-    return found | {"warnings": [*messages, *(str(item.message) for item in caught)]}
+    return tables | {"warnings": [*messages, *(str(item.message) for item in caught)]}
 
 
 def _compile(request: Request, opened: Callable[[], None]) -> Answer:
@@ -136,8 +136,8 @@ def _compile(request: Request, opened: Callable[[], None]) -> Answer:
     for geom, mesh, is_missing in replaced:
         tables["geom"][geom.id] |= {"type": "mesh", "mesh": mesh, "missing": is_missing}
     lengths = _find_lengths(model, request["places"])
-    for row, found in zip(tables["actuator"], lengths, strict=True):
-        row["foundrange"] = found
+    for row, length in zip(tables["actuator"], lengths, strict=True):
+        row["foundrange"] = length
     keys = [key for key in range(model.nkey) if model.key(key).name == "initial"]
     return {
         "tables": tables,
@@ -261,9 +261,9 @@ def _find_lengths(model: Any, places: int) -> list[list[float] | None]:
     All other actuators get None. The limits of the tendon replace a search over joints without
     ranges, or one that needs too many placements; without such limits, the muscle gets None.
     """
-    found: list[list[float] | None] = [None] * len(model.actuator_trntype)
+    ranges: list[list[float] | None] = [None] * len(model.actuator_trntype)
     search: _LengthSearch | None = None
-    for k in range(len(found)):
+    for k in range(len(ranges)):
         low, high = model.actuator_lengthrange[k]
         is_muscle = model.actuator_gaintype[k] == mujoco.mjtGain.mjGAIN_MUSCLE
         if is_muscle and not low < high and model.actuator_gear[k][0] > 0.0:
@@ -271,12 +271,12 @@ def _find_lengths(model: Any, places: int) -> list[list[float] | None]:
             due = search.placements(k)
             if due <= places:
                 places -= due
-                found[k] = search.range_of(k)
+                ranges[k] = search.range_of(k)
             tendon = model.actuator_trnid[k][0]
             on_tendon = model.actuator_trntype[k] == mujoco.mjtTrn.mjTRN_TENDON
-            if found[k] is None and on_tendon and model.tendon_limited[tendon]:
-                found[k] = model.tendon_range[tendon].tolist()
-    return found
+            if ranges[k] is None and on_tendon and model.tendon_limited[tendon]:
+                ranges[k] = model.tendon_range[tendon].tolist()
+    return ranges
 
 
 class _LengthSearch:
@@ -399,9 +399,9 @@ def main() -> None:
     os.dup2(2, 1)
     request = json.load(sys.stdin.buffer)
     limit_resources(request["memory"], request["seconds"])
-    found = json.dumps(answer(request, close_files)).encode()
+    content = json.dumps(answer(request, close_files)).encode()
     with os.fdopen(stdout, "wb") as stream:
-        stream.write(found)
+        stream.write(content)
 
 
 if __name__ == "__main__":

@@ -45,8 +45,8 @@ def with_table(robot: Robot, table: Path, notes: Notes) -> Robot:
     if robot.muscles and changed != robot:
         count = f"{len(robot.muscles)} muscles of the robot file"
         problem = f"{len(changed.muscles)} muscles of {table.name} replace the {count}"
-        found = warning(Subject("robot", robot.name), "muscles-replaced", problem)
-        notes.findings.insert(0, replace(found, file=table))
+        replaced = warning(Subject("robot", robot.name), "muscles-replaced", problem)
+        notes.findings.insert(0, replace(replaced, file=table))
     for subject, line in reading.lines.items():
         notes.locations[subject] = (table, line)
     notes.findings += [replace(f, file=table) for f in _shared_surfaces(robot, changed)]

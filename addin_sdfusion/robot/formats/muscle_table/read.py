@@ -174,15 +174,15 @@ class _Reader:
     def _segments(self, muscle: str, numbers: list[int]) -> tuple[WrapRecord, ...]:
         """Return the wraps of a muscle, after points given by their indices."""
         index = {number: k for k, number in enumerate(numbers)}
-        found = []
+        wraps = []
         for line, wrap in self.wraps.get(muscle, ()):
             if wrap.segment not in index:
                 self.cells.line = line
                 problem = f"muscle {muscle!r} has no point {wrap.segment}"
                 self.cells.error("unknown-point", problem)
             else:
-                found.append(replace(wrap, segment=index[wrap.segment]))
-        return tuple(found)
+                wraps.append(replace(wrap, segment=index[wrap.segment]))
+        return tuple(wraps)
 
     def lines(self) -> dict[Subject, int]:
         """Return the first line of each muscle and wrap surface."""

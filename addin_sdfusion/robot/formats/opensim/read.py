@@ -110,15 +110,15 @@ def _free_joints(bodies: list[Node], joints: list[Joint]) -> list[Joint]:
 
 def _markers(model: Node, frames: Frames) -> list[TaskSet]:
     nodes = with_unique_names(objects(model, "MarkerSet"), partial(Subject, "task_frame"))
-    found = []
+    markers = []
     for node in nodes:
         link, T_link_frame = frames.place(node, "socket_parent_frame", "/markerset/marker")
         where = node.vector("location")
         position = where if T_link_frame == IDENTITY else T_link_frame.apply(where)
         if link == WORLD:
             continue  # markers on the world do not belong to the robot
-        found.append(TaskFrame(node.attribute("name"), link, position))
-    return [TaskSet(MARKERS, tuple(found))] if found else []
+        markers.append(TaskFrame(node.attribute("name"), link, position))
+    return [TaskSet(MARKERS, tuple(markers))] if markers else []
 
 
 def _note_approximations(model: Node, muscles: Sequence[Muscle]) -> None:

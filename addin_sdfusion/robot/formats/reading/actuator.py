@@ -52,12 +52,12 @@ def read_actuator(muscle: Node) -> CableModel | None:
 
 def _parameters(element: Node) -> dict[str, float]:
     words = ACTUATOR[element.tag]
-    found = {}
+    parameters = {}
     for child in element.all():
         if child.tag in words:
-            found[words[child.tag]] = child.numbers(1)[0]
+            parameters[words[child.tag]] = child.numbers(1)[0]
         else:
             known = ", ".join(words)
             problem = f"<{child.tag}> of <{element.tag}> is ignored (known: {known})"
             child.warning("actuator-part-left-out", problem)
-    return found
+    return parameters

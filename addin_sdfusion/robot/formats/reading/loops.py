@@ -22,8 +22,8 @@ def closing_joints(
         bodies: Rigid body of each link; see `rigid_bodies`.
     """
     joints = []
-    found, others = join_points(parts)
-    for loop in found:
+    loops, others = join_points(parts)
+    for loop in loops:
         if bodies.get(loop.parent) == bodies.get(loop.child):
             problem = (
                 f"{loop.name!r} connects {loop.parent!r} and {loop.child!r}, which are one rigid "

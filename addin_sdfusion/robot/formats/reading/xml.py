@@ -109,22 +109,22 @@ class Node:
     def all(self, *tags: str) -> list[Node]:
         """Return the child elements with these tags, in order; all children if no tag is given."""
         self.notes.used.add(self.element)
-        found = self.element.iterchildren(*tags) if tags else self.element.iterchildren()
-        return [Node(child, self.file, self.subject, self.notes) for child in found]
+        children = self.element.iterchildren(*tags) if tags else self.element.iterchildren()
+        return [Node(child, self.file, self.subject, self.notes) for child in children]
 
     def optional(self, tag: str) -> Node | None:
         """Return the child with this tag, or None if it does not exist."""
-        found = self.all(tag)
-        if len(found) > 1:
-            found[1].error("repeated-element", f"<{tag}> appears twice; remove one of them")
-        return found[0] if found else None
+        children = self.all(tag)
+        if len(children) > 1:
+            children[1].error("repeated-element", f"<{tag}> appears twice; remove one of them")
+        return children[0] if children else None
 
     def required(self, tag: str) -> Node | None:
         """Return the child with this tag; record an error if it does not exist."""
-        found = self.optional(tag)
-        if found is None:
+        child = self.optional(tag)
+        if child is None:
             self.error("missing-element", f"<{self.tag}> has no <{tag}>")
-        return found
+        return child
 
     def is_given(self, tag: str) -> bool:
         """Return whether a child has content; an empty child is noted and read as its default."""

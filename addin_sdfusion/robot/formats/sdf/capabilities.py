@@ -148,7 +148,7 @@ SDF = Capabilities(
         changed_together(
             (features.ARMATURES, features.LIMIT_FORCES),
             "held-in-the-plugin",
-            "SDF has no {what}; other programs ignore the CARDSFlow elements that contain them",
+            "SDF has no {feature}; other programs ignore the CARDSFlow elements that contain them",
         ),
         changed(
             features.LOOPS,

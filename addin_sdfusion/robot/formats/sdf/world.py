@@ -196,7 +196,7 @@ def _surface(collision: Node) -> tuple[float | None, float | None]:
 
 
 def _inner(node: Node, *tags: str) -> Node | None:
-    found: Node | None = node
+    inner: Node | None = node
     for tag in tags:
-        found = None if found is None else found.optional(tag)
-    return found
+        inner = None if inner is None else inner.optional(tag)
+    return inner

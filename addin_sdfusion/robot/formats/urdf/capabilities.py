@@ -149,7 +149,7 @@ URDF = Capabilities(
         changed_together(
             IN_CARDSFLOW_XML,
             "held-beside-urdf",
-            "URDF has no {what}; they are written to the cardsflow.xml next to it, which only "
+            "URDF has no {feature}; they are written to the cardsflow.xml next to it, which only "
             "CARDSFlow reads",
         ),
         changed(

@@ -89,12 +89,12 @@ def _sizes(shape: Node, kind: ShapeKind) -> tuple[float, ...]:
 
 def material_colors(robot: Node) -> dict[str, Rgba]:
     """Return the named colours of materials, which other elements can refer to."""
-    found = {}
+    colors = {}
     for material in robot.all("material"):
         color = material.optional("color")
         if color is not None:
-            found[material.attribute("name", "")] = _rgba(color)
-    return found
+            colors[material.attribute("name", "")] = _rgba(color)
+    return colors
 
 
 def _color(visual: Node, colors: Mapping[str, Rgba]) -> Rgba | None:

@@ -56,5 +56,5 @@ def _point(point: ViaPoint, supported: Container[str]) -> ViaPoint:
 
 def with_markers(robot: Robot) -> Robot:
     """Return the robot with its markers as active task set if it has no other task set."""
-    found = [group.name for group in robot.task_sets if group.name == MARKERS]
-    return replace(robot, task_set=MARKERS) if found and not robot.task_set else robot
+    has_markers = any(group.name == MARKERS for group in robot.task_sets)
+    return replace(robot, task_set=MARKERS) if has_markers and not robot.task_set else robot

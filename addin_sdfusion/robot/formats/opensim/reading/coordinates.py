@@ -43,12 +43,12 @@ def read_coordinate(node: Node, unit: str) -> Coordinate:
 
 def coordinate_ranges(nodes: Sequence[Node]) -> dict[str, tuple[float, float]]:
     """Return the range of each coordinate by name, clamped or not, in [rad] or [m]."""
-    found = {}
+    ranges = {}
     for node in nodes:
         child = node.optional("range")
         low, high = UNLIMITED if child is None else child.numbers(2, infinite=True)
-        found[node.attribute("name", "")] = (low, high)
-    return found
+        ranges[node.attribute("name", "")] = (low, high)
+    return ranges
 
 
 def with_couplings(joints: Sequence[Joint], constraints: Sequence[Node]) -> list[Joint]:

@@ -111,8 +111,8 @@ def text(node: Node, tag: str, default: str = "") -> str:
 def inner_element(node: Node, tag: str) -> Node | None:
     """Return the first element inside a child, such as the function in `<x_location>`."""
     child = node.optional(tag)
-    found = [] if child is None else child.all()
-    return found[0] if found else None
+    children = [] if child is None else child.all()
+    return children[0] if children else None
 
 
 def last_part(path: str) -> str:

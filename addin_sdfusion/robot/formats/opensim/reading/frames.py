@@ -46,7 +46,7 @@ class Frames:
         return [
             (path, node)
             for path, (node, _) in self._offsets.items()
-            if (found := self._place(path)) is not None and found[0] == link
+            if (place := self._place(path)) is not None and place[0] == link
         ]
 
     def place(self, node: Node, tag: str, owner: str) -> tuple[str, Transform]:
@@ -61,12 +61,12 @@ class Frames:
         if socket is None:
             node.error("missing-element", f"<{node.tag}> has no <{tag}>")
             return WORLD, IDENTITY
-        found = self._place(self._path(socket.text, owner))
-        if found is None:
+        place = self._place(self._path(socket.text, owner))
+        if place is None:
             known = [*self.bodies, *self._by_name]
             socket.error("unknown-frame", f"<{tag}>: {unknown('frame', socket.text, known)}")
             return WORLD, IDENTITY
-        return found
+        return place
 
     def _add_offsets(self, owner: Node, path: str, tag: str) -> None:
         for group in owner.all(tag):

@@ -33,20 +33,20 @@ class WrapObject(NamedTuple):
 
 def read_wrap_objects(model: Node, frames: Frames) -> dict[str, WrapObject | None]:
     """Return the wrap objects by name; None for disabled ones."""
-    found: dict[str, WrapObject | None] = {}
+    wrap_objects: dict[str, WrapObject | None] = {}
     for link, T_link_frame, owner in _owners(model, frames):
         for node in objects(owner, "WrapObjectSet"):
             name = node.attribute("name")
             node = replace(node, subject=Subject("wrap_surface", name))
-            if name in found:
+            if name in wrap_objects:
                 problem = "another wrap object has the same name; references use the earlier one"
                 node.warning("duplicate-wrap-surface", problem)
             elif is_true(node, "active", True):
-                found[name] = _read(node, name, link, T_link_frame)
+                wrap_objects[name] = _read(node, name, link, T_link_frame)
             else:
                 node.mark_used()  # without influence in OpenSim
-                found[name] = None
-    return found
+                wrap_objects[name] = None
+    return wrap_objects
 
 
 def _owners(model: Node, frames: Frames) -> Iterator[tuple[str, Transform, Node]]:

@@ -145,12 +145,12 @@ def _is_one_axis(group: Sequence[Motion]) -> bool:
     return is_sum and can_write_sum([motion.function for motion in group])
 
 
-def _directions(given: list[Vector3]) -> list[Vector3]:
+def _directions(directions: list[Vector3]) -> list[Vector3]:
     """Return three linearly independent directions that begin with the given ones."""
-    found = list(given[:3])
-    while len(found) < 3:
-        found.append(next(x for x in _OTHERS if all(_is_independent(x, other) for other in found)))
-    return found
+    axes = list(directions[:3])
+    while len(axes) < 3:
+        axes.append(next(x for x in _OTHERS if all(_is_independent(x, other) for other in axes)))
+    return axes
 
 
 def _is_independent(a: Vector3, b: Vector3) -> bool:

@@ -88,12 +88,12 @@ def _is_moving(point: ViaPoint) -> bool:
 
 def _axis_motions(point: ViaPoint) -> list[PointMotion | None] | None:
     """Return the motion along each axis of the link, or None if OpenSim cannot hold them."""
-    found: list[PointMotion | None] = [None, None, None]
+    motions: list[PointMotion | None] = [None, None, None]
     for move in point.moves:
-        if move.axis not in UNITS or found[UNITS.index(move.axis)] is not None:
+        if move.axis not in UNITS or motions[UNITS.index(move.axis)] is not None:
             return None
-        found[UNITS.index(move.axis)] = move
-    return found
+        motions[UNITS.index(move.axis)] = move
+    return motions
 
 
 def _add_point(
