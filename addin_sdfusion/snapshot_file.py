@@ -46,8 +46,8 @@ def write_snapshot(snapshot: DesignSnapshot, file: str | Path) -> Path:
     """
     file, text = Path(file), snapshot_text(snapshot).encode()
     if len(text) > limits.SNAPSHOT:
-        what = f"{limits.too_large(limits.SNAPSHOT)}, and could not be read; use coarser meshes"
-        raise InputError(what, file=file)
+        problem = f"{limits.too_large(limits.SNAPSHOT)}, and could not be read; use coarser meshes"
+        raise InputError(problem, file=file)
     return write_files(file.parent, {file.name: text})[0]
 
 
@@ -61,16 +61,16 @@ def read_snapshot(file: str | Path) -> DesignSnapshot:
     try:
         text = read_file(file, limits.SNAPSHOT)
         if text.count(b",") > limits.SNAPSHOT_VALUES:
-            what = f"holds more than {limits.SNAPSHOT_VALUES} values"
-            raise InputError(what, file=file)
+            problem = f"holds more than {limits.SNAPSHOT_VALUES} values"
+            raise InputError(problem, file=file)
         plain = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError(f"is not JSON: {error}", file=file) from None
     if not isinstance(plain, dict) or plain.keys() - {"$schema"} != {"format", "design"}:
         raise InputError("is not a design snapshot; see docs/reference/snapshot.md", file=file)
     if plain["format"] != FORMAT:
-        what = f"has format {plain['format']!r}, this version reads {FORMAT}"
-        raise InputError(what, file=file, key="format")
+        problem = f"has format {plain['format']!r}, this version reads {FORMAT}"
+        raise InputError(problem, file=file, key="format")
     try:
         return from_plain(DesignSnapshot, plain["design"], "design")
     except InputError as error:

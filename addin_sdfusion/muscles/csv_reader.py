@@ -68,12 +68,12 @@ class _Reader:
     others: list[PointRow] = field(default_factory=list)
 
     def read(self, cells: Cells) -> None:
-        given, name = cells.get("role") or "via", cells.get("name") or ""
-        role = next((role for role in _ROLES if role == given), None)
+        word, name = cells.get("role") or "via", cells.get("name") or ""
+        role = next((role for role in _ROLES if role == word), None)
         if not name:
             self.cells.error("missing-name", "has no name")
         elif role is None:
-            self.cells.error("bad-role", f"role must be via, task or marker, not {given!r}")
+            self.cells.error("bad-role", f"role must be via, task or marker, not {word!r}")
         elif cells.get("frame"):
             problem = "positions must be in the root frame, and the column frame empty"
             self.cells.error("bad-frame", f"{problem}; tables next to robot files use link frames")
@@ -87,9 +87,9 @@ class _Reader:
         place = self.cells.place(cells)
         if place is None:
             return
-        given = cells.get("axes", "").split() if role == "task" else []
-        axes = tuple(axis for axis in _AXES if axis in given)
-        unknown = [axis for axis in given if axis not in _AXES]
+        words = cells.get("axes", "").split() if role == "task" else []
+        axes = tuple(axis for axis in _AXES if axis in words)
+        unknown = [axis for axis in words if axis not in _AXES]
         if unknown:
             message = f"axes: {unknown[0]!r} is not one of {', '.join(_AXES)}"
             self.cells.error("bad-axes", message)

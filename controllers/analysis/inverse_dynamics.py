@@ -102,8 +102,8 @@ class MotionTerms:
             UnknownNameError: The method or an option does not exist.
         """
         L, f_min, f_max = split_motors(self.L, self.f_min, self.f_max, self.motors)
-        found = distribute(L, self.tau, f_min, f_max, method, **options)
-        return MotionForces(self, replace(found, forces=merge_motors(found.forces, self.motors)))
+        result = distribute(L, self.tau, f_min, f_max, method, **options)
+        return MotionForces(self, replace(result, forces=merge_motors(result.forces, self.motors)))
 
     def with_bounds(self, f_min: ArrayLike | None, f_max: ArrayLike | None) -> MotionTerms:
         """Return a copy with other force limits; None keeps a limit.

@@ -154,9 +154,9 @@ def inverse_kinematics(
         raise InputError(f"tolerance must be finite and positive: {tolerance}")
     best: InverseKinematics | None = None
     for start in _starts(first, robot.q_min, robot.q_max, starts, seed):
-        found = _descend(robot, desired, start, preferred, tolerance)
-        if best is None or np.linalg.norm(found.error) < np.linalg.norm(best.error):
-            best = found
+        solution = _descend(robot, desired, start, preferred, tolerance)
+        if best is None or np.linalg.norm(solution.error) < np.linalg.norm(best.error):
+            best = solution
         if np.abs(best.error).max(initial=0.0) <= tolerance:
             return best
     assert best is not None

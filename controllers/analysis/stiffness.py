@@ -68,20 +68,20 @@ class Stiffness:
 
     def warnings(self) -> list[str]:
         """Return warnings about negative stiffness."""
-        found = []
+        messages = []
         values, directions = np.linalg.eigh(self.geometric)
         if values[0] < -_ZERO * np.abs(values).max():
-            found.append(
+            messages.append(
                 f"the muscle forces destabilise the robot: geometric stiffness {values[0]:.4g} "
                 f"along {self._format_direction(directions[:, 0])}; reduce the pretension"
             )
         if not self.is_stable:
             values, directions = np.linalg.eigh(self.total)
-            found.append(
+            messages.append(
                 f"the configuration is unstable without control: stiffness {values[0]:.4g} along "
                 f"{self._format_direction(directions[:, 0])}"
             )
-        return found
+        return messages
 
     def rates(self, M: ArrayLike) -> FloatArray:
         """Return the eigenvalues of -M⁻¹K in ascending order, shape (n,), in [1/s²].

@@ -137,9 +137,9 @@ def _refine(
     poses: Poses, first: FloatArray, low: FloatArray, high: FloatArray, target: FloatArray
 ) -> FloatArray:
     """Return the forces nearest to a target within tighter limits, or the first solution."""
-    found = np.all(np.isfinite(first), axis=1)
-    inner = poses._replace(f_min=low, f_max=np.maximum(low, high)).only(found)
+    is_solved = np.all(np.isfinite(first), axis=1)
+    inner = poses._replace(f_min=low, f_max=np.maximum(low, high)).only(is_solved)
     refined = first.copy()
-    better = solve_poses(inner, np.ones(poses.m), target[found])
-    refined[found] = np.where(np.isfinite(better), better, first[found])
+    better = solve_poses(inner, np.ones(poses.m), target[is_solved])
+    refined[is_solved] = np.where(np.isfinite(better), better, first[is_solved])
     return refined

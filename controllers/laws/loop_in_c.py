@@ -105,15 +105,15 @@ class LoopInC:
         self._failure: BaseException | None = None
 
     def __getitem__(self, name: str) -> FloatArray:
-        found = self._arrays.get(name)
-        if found is None:
+        array = self._arrays.get(name)
+        if array is None:
             length = ctypes.c_size_t()
             address = self._library.control_loop_array(
                 self.handle, name.encode(), ctypes.byref(length)
             )
             assert address, name
-            self._arrays[name] = found = law_in_c.view(address, length.value)
-        return found
+            self._arrays[name] = array = law_in_c.view(address, length.value)
+        return array
 
     def write(self, **arrays: ArrayLike) -> None:
         """Write arrays by name; numpy broadcasts the values."""
@@ -132,10 +132,10 @@ class LoopInC:
 
     def _view(self, address: int, length: int) -> FloatArray:
         """Return a cached view of memory of the loop, whose address does not change."""
-        found = self._views.get((address, length))
-        if found is None:
-            found = self._views[address, length] = law_in_c.view(address, length)
-        return found
+        view = self._views.get((address, length))
+        if view is None:
+            view = self._views[address, length] = law_in_c.view(address, length)
+        return view
 
     def _read(self, address: int, length: int) -> FloatArray:
         return self._view(address, length).copy()
@@ -167,8 +167,8 @@ class LoopInC:
         try:
             desired = self._read(reference, 3 * r).reshape(3, r)
             state = self._read(q, n), self._read(qd, n)
-            status, found, missing = self._callbacks.solve(*state, desired, self._read(load, n))
-            self._view(forces, self._m)[:] = found
+            status, solution, missing = self._callbacks.solve(*state, desired, self._read(load, n))
+            self._view(forces, self._m)[:] = solution
             self._view(slack, r)[:] = missing
         except BaseException as failure:
             self._failure = failure

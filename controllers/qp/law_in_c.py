@@ -88,16 +88,16 @@ class LawInC:
         self._programs: dict[int, dual_newton.DualNewton] = {}
 
     def __getitem__(self, name: str) -> FloatArray:
-        found = self._arrays.get(name)
-        if found is None:
+        array = self._arrays.get(name)
+        if array is None:
             length = ctypes.c_size_t()
             address = self._library.computed_torque_array(
                 self.handle, name.encode(), ctypes.byref(length)
             )
             assert address, name
-            found = view(address, length.value).reshape(self._shapes.get(name, -1))
-            self._arrays[name] = found
-        return found
+            array = view(address, length.value).reshape(self._shapes.get(name, -1))
+            self._arrays[name] = array
+        return array
 
     def write(self, **arrays: ArrayLike | None) -> None:
         """Write arrays by name; numpy broadcasts the values, and None writes 0."""

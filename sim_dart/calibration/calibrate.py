@@ -169,15 +169,15 @@ def calibrate(
     some = _subsample(windows, len(parameters))
     work = FitProgress(progress, [*stages, some, some], _STAGE_ITERATIONS)  # last: evaluation
     for stage in stages:
-        found = fit(problem, stage, z, _STAGE_ITERATIONS, _STAGE_GAIN, work.add_iteration)
+        fitted = fit(problem, stage, z, _STAGE_ITERATIONS, _STAGE_GAIN, work.add_iteration)
         work.end_stage()
-        problem.exclude_ineffective(found.information)
-        z = found.z
-    found = fit(problem, some, z, end_of_iteration=work.add_iteration)
+        problem.exclude_ineffective(fitted.information)
+        z = fitted.z
+    fitted = fit(problem, some, z, end_of_iteration=work.add_iteration)
     work.end_stage()
-    found = replace(found, z=problem.with_zero_friction(found.z))
-    require_valid(problem.robot_at(found.z))
-    result = _build_result(robot, problem, found, some, held_out, spread, notes)
+    fitted = replace(fitted, z=problem.with_zero_friction(fitted.z))
+    require_valid(problem.robot_at(fitted.z))
+    result = _build_result(robot, problem, fitted, some, held_out, spread, notes)
     work.end_stage()
     _require_better(result)
     return result
@@ -186,40 +186,40 @@ def calibrate(
 def _build_result(
     robot: Robot,
     problem: CalibrationProblem,
-    found: Fit,
+    final: Fit,
     windows: list[Window],
     held_out: list[Window],
     spread: FloatArray,
     notes: tuple[str, ...],
 ) -> Calibration:
     P, n = len(problem.parameters), len(robot.coordinates)
-    H = found.information
-    _, _, prior = problem.prior(found.z)
+    H = final.information
+    _, _, prior = problem.prior(final.z)
     C = np.asarray(np.linalg.inv(H + prior), dtype=np.float64)
-    count = sum(int((~np.isnan(r)).sum()) for r in found.windows.residuals)
+    count = sum(int((~np.isnan(r)).sum()) for r in final.windows.residuals)
     freedom = count - 2 * n * len(windows) - float(np.trace(H @ C))
-    misfit = found.windows.cost / max(freedom, 1.0)
+    misfit = final.windows.cost / max(freedom, 1.0)
     C = max(misfit, 1.0) * C
     sd = problem.sd
     none = np.zeros(P)
     return Calibration(
-        robot=problem.robot_at(found.z),
+        robot=problem.robot_at(final.z),
         parameters=problem.parameters,
-        change=_changes(robot, problem, found.z),
+        change=_changes(robot, problem, final.z),
         covariance=C * sd[:, None] * sd,
-        curvature_sd=curvature_deviations(problem, found.z, windows, found.windows.starts, C) * sd,
+        curvature_sd=curvature_deviations(problem, final.z, windows, final.windows.starts, C) * sd,
         information=H,
         prior=problem.prior(none)[2],
         misfit=misfit,
         noise=spread,
         before=_errors(problem, none, windows),
-        after=_rms(problem, found.windows.residuals),
+        after=_rms(problem, final.windows.residuals),
         held_out_before=_errors(problem, none, held_out),
-        held_out_after=_errors(problem, found.z, held_out),
+        held_out_after=_errors(problem, final.z, held_out),
         windows=len(windows),
         held_out=len(held_out),
-        iterations=found.iterations,
-        converged=found.converged,
+        iterations=final.iterations,
+        converged=final.converged,
         notes=notes,
     )
 

@@ -113,9 +113,9 @@ def poses_from_markers(
         InputError: The markers do not determine any pose, or contradict the robot.
     """
     blind = np.flatnonzero(np.isnan(q).all(axis=0)).astype(np.int32)
-    found, start = q.copy(), None
+    poses, start = q.copy(), None
     if not len(blind):
-        return found
+        return poses
     measured = np.flatnonzero(~np.isnan(q).all(axis=0))
     left: list[float] = []
     weakest = (np.inf, -1)
@@ -132,7 +132,7 @@ def poses_from_markers(
         if fit.weakest[0] < _SEEN:
             continue
         start = fit.pose[blind]
-        found[k] = fit.pose
+        poses[k] = fit.pose
         left.append(fit.rms)
     if not left:
         names = [c.name for c in robot.coordinates]
@@ -143,7 +143,7 @@ def poses_from_markers(
             f"the markers are {1e3 * float(np.median(left)):.0f} mm away from any position that "
             "the robot can reach; check their links, and that positions are in m in the world frame"
         )
-    return found
+    return poses
 
 
 @dataclass(frozen=True)

@@ -224,8 +224,8 @@ class CalibrationProblem:
         H = np.zeros((len(acts), len(acts)))
         for _, B, _ in about:
             H += B.T @ B
-        found = np.zeros((len(changes), P))
-        for change, row in zip(changes, found, strict=True):
+        terms = np.zeros((len(changes), P))
+        for change, row in zip(changes, terms, strict=True):
             for way in (1.0, -1.0):
                 changed = z + way * change
 
@@ -247,18 +247,18 @@ class CalibrationProblem:
                     if r is None:
                         return None
                     row[acts] += B.T @ (r - r0)
-        return _scatter(_scatter(H, acts, P).T, acts, P), found
+        return _scatter(_scatter(H, acts, P).T, acts, P), terms
 
     def window_information(
         self, windows: Sequence[Window], starts: Sequence[FloatArray]
     ) -> list[FloatArray] | None:
         """Return H of each window at z = 0, shape (P, P) each, or None if a window diverges."""
-        found, P, acts = [], len(self.parameters), self._acts
-        for one in self._reduced_windows(np.zeros(P), windows, starts):
-            if one is None:
+        matrices, P, acts = [], len(self.parameters), self._acts
+        for window in self._reduced_windows(np.zeros(P), windows, starts):
+            if window is None:
                 return None
-            found.append(_scatter(_scatter(one.information, acts, P).T, acts, P))
-        return found
+            matrices.append(_scatter(_scatter(window.information, acts, P).T, acts, P))
+        return matrices
 
     def _reduced_windows(
         self, z: FloatArray, windows: Sequence[Window], starts: Sequence[FloatArray]

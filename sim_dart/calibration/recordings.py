@@ -86,9 +86,9 @@ def slip_states_along(robot: Robot, poses: FloatArray, steps: int) -> FloatArray
         The slip states, shape (K, bends).
     """
     paths = MusclePaths(robot)
-    slip, found = CableSlip(paths), np.zeros((len(poses), paths.bends))
+    slip, states = CableSlip(paths), np.zeros((len(poses), paths.bends))
     before = np.full(poses.shape[1], np.nan)
-    for row, q in zip(found, poses, strict=True):
+    for row, q in zip(states, poses, strict=True):
         if np.isnan(q).any():
             slip.reset()
         elif np.isnan(before).any():
@@ -98,7 +98,7 @@ def slip_states_along(robot: Robot, poses: FloatArray, steps: int) -> FloatArray
                 slip.follow(before + k / steps * (q - before))
             row[:] = slip.get_state()[: paths.bends]
         before = q
-    return found
+    return states
 
 
 class Window(NamedTuple):

@@ -270,5 +270,5 @@ class RollOuts:
 
     def _sum(self, kind: str, theta: FloatArray) -> float:
         """Return the value of a parameter kind that exists at most once, or 0."""
-        found = (t for one, t in zip(self._parameters, theta, strict=True) if one.kind == kind)
-        return float(sum(found))
+        values = (t for one, t in zip(self._parameters, theta, strict=True) if one.kind == kind)
+        return float(sum(values))

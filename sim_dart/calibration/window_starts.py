@@ -77,9 +77,9 @@ def fit_start(
     Returns:
         The fitted window, or None if it diverges.
     """
-    found = None if solver is None else _fit_start_with_solver(roll, start, noise, solver)
-    if found is not None:
-        return found
+    fitted = None if solver is None else _fit_start_with_solver(roll, start, noise, solver)
+    if fitted is not None:
+        return fitted
     linearised, damping = roll(start, True), 0.0
     if linearised is None:
         return None

@@ -47,9 +47,9 @@ def require_inertia(robot: Robot, M: FloatArray) -> None:
             f"robot {robot.name!r}: its mass matrix is not finite; "
             "its masses or lengths are too large"
         )
-    if found := massless_coordinates(robot, M):
+    if massless := massless_coordinates(robot, M):
         raise InputError(
             f"robot {robot.name!r}: its mass matrix is singular, because a motion of these "
-            f"coordinates moves no mass: {', '.join(found)}; set masses and inertias of their "
-            f"links, or lock a coordinate: [robot.coordinates.{found[0]}] locked = true"
+            f"coordinates moves no mass: {', '.join(massless)}; set masses and inertias of their "
+            f"links, or lock a coordinate: [robot.coordinates.{massless[0]}] locked = true"
         )

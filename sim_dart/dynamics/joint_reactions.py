@@ -63,11 +63,11 @@ def joint_reactions(
         moments[:, k] += _axial(bend[:, k] @ second @ np.swapaxes(R[:, k], 1, 2))
     paths = MusclePaths(robot)
     for t in range(len(o)):
-        found = paths.point_forces(motion[0][t], tensions[t])
-        moved = np.array([index.get(name, len(names)) for name in found.links], dtype=int)
+        pulls = paths.point_forces(motion[0][t], tensions[t])
+        moved = np.array([index.get(name, len(names)) for name in pulls.links], dtype=int)
         on = moved < len(names)  # not on the world
-        np.subtract.at(forces[t], moved[on], found.forces[on])
-        np.subtract.at(moments[t], moved[on], np.cross(found.points[on], found.forces[on]))
+        np.subtract.at(forces[t], moved[on], pulls.forces[on])
+        np.subtract.at(moments[t], moved[on], np.cross(pulls.points[on], pulls.forces[on]))
     for k, name in enumerate(loads[0] if loads is not None else ()):
         assert loads is not None
         force, at = loads[1][:, k], index[name]

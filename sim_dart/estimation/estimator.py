@@ -222,10 +222,10 @@ class PoseEstimator:
             The offsets, shape (m,), in [m].
         """
         m = len(self.lengths)
-        found, pulls = vector("lengths", lengths, m), vector("tensions", tensions, m)
+        measured, pulls = vector("lengths", lengths, m), vector("tensions", tensions, m)
         offset, compliance = self.array("offset", m), self.array("compliance", m)
         taut = pulls > self.settings.min_tension
-        offset[taut] = (found - self.path_lengths(q) + compliance * pulls)[taut]
+        offset[taut] = (measured - self.path_lengths(q) + compliance * pulls)[taut]
         return offset.copy()
 
     def _use_exact_transition(self) -> None:

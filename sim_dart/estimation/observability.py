@@ -61,10 +61,10 @@ def observability(robot: Robot, poses: FloatArray, settings: EstimatorSettings) 
     encoders = np.diag(_weights(settings.encoder_noise, n))
     paths = MusclePaths(robot)
     rows = np.array([paths.evaluate(q).jacobian * weights[:, None] for q in poses])
-    found = [_rank_and_deviations(np.vstack([of_pose, encoders])) for of_pose in rows]
+    results = [_rank_and_deviations(np.vstack([of_pose, encoders])) for of_pose in rows]
     return Observability(
-        np.array([sd for _, sd in found]),
-        np.array([rank for rank, _ in found]),
+        np.array([sd for _, sd in results]),
+        np.array([rank for rank, _ in results]),
         _critical(robot, rows, encoders, weights),
     )
 

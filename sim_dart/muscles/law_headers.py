@@ -184,22 +184,22 @@ def _functions(law: MuscleLawDefinition) -> dict[str, str]:
     command = law.command
     low, high = (0.0, 0.0) if command is None else (command.low, command.high)
     limits = f"    k[LAW_LOW] = {_limit(low, law)}, k[LAW_HIGH] = {_limit(high, law)};\n"
-    found = {"range": _function(law, "void", "range", "const void *parameters, real *k", limits)}
+    code = {"range": _function(law, "void", "range", "const void *parameters, real *k", limits)}
     if law.states:
         always = sum(not state.where for state in law.states)
         more = [f"({_in_c(state.where, law)})" for state in law.states if state.where]
         count = f"    return {' + '.join([str(always), *more])};\n"
-        found["states"] = _function(law, "int", "states", "const void *parameters", count)
+        code["states"] = _function(law, "int", "states", "const void *parameters", count)
     if law.conditions:
         lines = "".join(
             f"    REQUIRE({_in_c(rule.condition, law)},\n            {_quoted(rule.text)});\n"
             for rule in law.conditions
         )
         body = f"{lines}    return NULL;\n"
-        found["broken_rule"] = _function(
+        code["broken_rule"] = _function(
             law, "const char *", "broken_rule", "const void *parameters", body
         )
-    return found
+    return code
 
 
 def _function(law: MuscleLawDefinition, answer: str, name: str, takes: str, body: str) -> str:

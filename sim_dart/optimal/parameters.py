@@ -66,10 +66,10 @@ class RobotNumbers:
         ends = np.where(high - nominal > nominal - low, high, low)
         self._slopes = self._differences(nominal, ends - nominal, 0.0)
         inside = low + (high - low) * np.linspace(0.3, 0.8, len(low))
-        found, linear = self._compile(inside), self._at(inside)
-        size = np.where(np.isfinite(found), abs(found) + abs(self._nominal), 1.0)
+        compiled, linear = self._compile(inside), self._at(inside)
+        size = np.where(np.isfinite(compiled), abs(compiled) + abs(self._nominal), 1.0)
         with np.errstate(invalid="ignore"):
-            off = np.where(found == linear, 0.0, abs(found - linear))
+            off = np.where(compiled == linear, 0.0, abs(compiled - linear))
         self.is_linear = bool((off <= _LINEAR * size).all())
 
     def blob(self, p: FloatArray) -> bytes:
@@ -95,13 +95,13 @@ class RobotNumbers:
 
     def _compile(self, p: FloatArray) -> FloatArray:
         blob = compile_blob(self._prepare(self._family.robot_at(p)))
-        found = np.frombuffer(blob, "<f8")
-        same = len(found) == len(self._blob) and (
-            found[self._others].tobytes() == self._blob[self._others].tobytes()
+        values = np.frombuffer(blob, "<f8")
+        same = len(values) == len(self._blob) and (
+            values[self._others].tobytes() == self._blob[self._others].tobytes()
         )
         if not same:
             raise CardsflowError("a free parameter must not change the number of parts of a robot")
-        numbers: FloatArray = found[self._places]
+        numbers: FloatArray = values[self._places]
         return numbers
 
     def _differences(self, p: FloatArray, steps: FloatArray, back: float) -> FloatArray:

@@ -205,11 +205,11 @@ class Shooting:
         """
         if len(parameters):
             self.use(parameters)
-        found = self._simulate(x, u, h, self._inputs if derivatives else self._inputs[:0])
-        D = self._along_parameters(x, u, h) if found and derivatives else np.empty((len(h), 0, 0))
-        if found is None or D is None:
+        result = self._simulate(x, u, h, self._inputs if derivatives else self._inputs[:0])
+        D = self._along_parameters(x, u, h) if result and derivatives else np.empty((len(h), 0, 0))
+        if result is None or D is None:
             return None
-        ends, rows = found
+        ends, rows = result
         A, B = rows[:, :, : self.nx], rows[:, :, self.nx : -1]
         c = rows[:, :, -1] if derivatives else rows[:, :, 0:0]
         return Intervals(ends, A, B, c, D)
@@ -234,19 +234,19 @@ class Shooting:
         """Return the tensions of all muscles, shape (k, m), in [N], as for `run`."""
         commands = np.zeros((len(x), self._m))
         commands[:, self.driven] = u[:, : len(self.driven)]
-        found = np.empty((len(x), self._m))
+        tensions = np.empty((len(x), self._m))
         for k, row in enumerate(x):
             self._core.move(self._core.handle, row[: self.n].tobytes())
             self.laws.states[:] = row[2 * self.n :]
-            found[k] = self.laws.drive(row[self.n : 2 * self.n], commands[k])
-        return found
+            tensions[k] = self.laws.drive(row[self.n : 2 * self.n], commands[k])
+        return tensions
 
     def rates(self, x: FloatArray, u: FloatArray) -> FloatArray:
         """Return the time derivatives of states, shape (k, nx), as for `run`."""
         with self.using(1):
-            found = self._simulate(x, u, np.zeros(len(x)), self._inputs[-1:])
-        assert found is not None
-        return found[1][:, :, 0]
+            simulated = self._simulate(x, u, np.zeros(len(x)), self._inputs[-1:])
+        assert simulated is not None
+        return simulated[1][:, :, 0]
 
     def _simulate(
         self, x: FloatArray, u: FloatArray, h: FloatArray, inputs: IntArray

@@ -38,16 +38,16 @@ def law_findings(subject: Subject, model: CableModel) -> Iterator[Finding]:
         return
     parameters = law.parameters
     yield from _names(subject, model, parameters)
-    given = dict(model.parameters)
+    specified = dict(model.parameters)
     for parameter in parameters:
-        if parameter.name not in given and parameter.default is None:
+        if parameter.name not in specified and parameter.default is None:
             problem = f"a {model.kind} needs {_described(parameter)}"
             yield error(subject, "missing-law-parameter", problem)
-    values = {p.name: given.get(p.name, p.default) for p in parameters}
-    known = {name: value for name, value in values.items() if value is not None}
-    bad = list(_out_of_bounds(parameters, known))
-    if not bad and len(known) == len(values) and finite(known.values()):
-        broken = law.broken_rule(known)
+    values = {p.name: specified.get(p.name, p.default) for p in parameters}
+    complete = {name: value for name, value in values.items() if value is not None}
+    bad = list(_out_of_bounds(parameters, complete))
+    if not bad and len(complete) == len(values) and finite(complete.values()):
+        broken = law.broken_rule(complete)
         bad = [] if broken is None else [broken]
     for problem in bad:
         yield error(subject, "bad-law-parameter", f"{model.kind}: {problem}")

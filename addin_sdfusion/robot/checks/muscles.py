@@ -158,10 +158,10 @@ def _stretch_text(muscle: Muscle) -> str:
 def _travel_text(pulley: BasePulley) -> str:
     """Return the warning that the travel of a screw winch is not simulated."""
     numbers = dict(pulley.parameters)
-    given = [numbers.get(f"winch_{name}", ()) for name in ("groove_width", "radius")]
+    screw = [numbers.get(f"winch_{name}", ()) for name in ("groove_width", "radius")]
     how = ""
-    if all(len(values) == 1 for values in given) and given[1][0] > 0.0:
-        how = f" by {given[0][0] / (2 * math.pi * given[1][0]):.3g} m per metre of cable"
+    if all(len(values) == 1 for values in screw) and screw[1][0] > 0.0:
+        how = f" by {screw[0][0] / (2 * math.pi * screw[1][0]):.3g} m per metre of cable"
     return (
         f"in CASPR the winch moves its pulley{how}, from a start that depends on the number of "
         "earlier calls; here the pulley stays at the constant winch point"

@@ -54,9 +54,9 @@ def _numbers(subject: Subject, pulley: BasePulley) -> Iterator[Finding]:
     if len(entry) != 3 or not any(entry):
         problem = f"{pulley.entry_name} {_text(entry)} of its base pulley must be a nonzero vector"
         yield error(subject, "bad-pulley", problem)
-    given = dict(pulley.parameters)
+    parameters = dict(pulley.parameters)
     for name in _BEARING_PARAMETERS:
-        values = given.get(name, (0.0,))
+        values = parameters.get(name, (0.0,))
         if len(values) != 1 or values[0] < 0.0:
             problem = f"{name} {_text(values)} of its pulley must be one number, not negative"
             yield error(subject, "bad-pulley", problem)
@@ -103,9 +103,9 @@ def _is_inside(pulley: BasePulley, start: Vector3, end: Vector3) -> bool:
 
 
 def _bearing(subject: Subject, muscle: Muscle, pulley: BasePulley) -> Iterator[Finding]:
-    given = [name for name in _BEARING_PARAMETERS if pulley.number(name)]
-    if given and not law_of(muscle.model).has_drum:
-        problem = f"{' and '.join(given)} of its pulley require a winch; use the muscle law "
+    names = [name for name in _BEARING_PARAMETERS if pulley.number(name)]
+    if names and not law_of(muscle.model).has_drum:
+        problem = f"{' and '.join(names)} of its pulley require a winch; use the muscle law "
         problem += f"{' or '.join(_WITH_DRUM)}, or remove them"
         yield error(subject, "pulley-without-winch", problem)
 

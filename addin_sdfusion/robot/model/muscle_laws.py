@@ -37,10 +37,10 @@ def law_parameters(model: CableModel) -> dict[str, float]:
     Raises:
         InputError: A parameter without a default is not specified.
     """
-    given = dict(model.parameters)
+    specified = dict(model.parameters)
     values = {}
     for parameter in law_of(model).parameters:
-        value = given.get(parameter.name, parameter.default)
+        value = specified.get(parameter.name, parameter.default)
         if value is None:
             raise InputError(f"{model.kind}: parameter {parameter.name!r} is missing")
         values[parameter.name] = value

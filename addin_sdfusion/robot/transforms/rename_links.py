@@ -22,12 +22,12 @@ def rename_links(robot: Robot, names: Mapping[str, str]) -> Robot:
     def point(via: ViaPoint) -> ViaPoint:
         return replace(via, link=named(via.link))
 
-    def wrap(given: Wrap) -> Wrap:
-        return replace(given, side_point=given.side_point and point(given.side_point))
+    def wrap(old: Wrap) -> Wrap:
+        return replace(old, side_point=old.side_point and point(old.side_point))
 
-    def muscle(given: Muscle) -> Muscle:
-        points = tuple(map(point, given.via_points))
-        return replace(given, via_points=points, wraps=tuple(map(wrap, given.wraps)))
+    def muscle(old: Muscle) -> Muscle:
+        points = tuple(map(point, old.via_points))
+        return replace(old, via_points=points, wraps=tuple(map(wrap, old.wraps)))
 
     return replace(
         robot,

@@ -39,20 +39,20 @@ def caspr_losses(robot: Robot, trajectories: Sequence[Trajectory] = ()) -> list[
 def _renamed(robot: Robot) -> Words:
     """Return a message on the joints and coordinates that get another name when read again."""
     names = {
-        f"{name!r} becomes {given}": None
+        f"{name!r} becomes {new_name}": None
         for i, joint in enumerate(robot.joints, start=1)
-        for name, given in _names(joint, f"joint_{i}")
-        if name != given
+        for name, new_name in _names(joint, f"joint_{i}")
+        if name != new_name
     }
     return {"renamed": ", ".join(names)} if names else {}
 
 
-def _names(joint: Joint, given: str) -> Iterator[tuple[str, str]]:
-    yield joint.name, given
+def _names(joint: Joint, new_name: str) -> Iterator[tuple[str, str]]:
+    yield joint.name, new_name
     words = [j.suffixes for j in CASPR_JOINTS.values() if j.motions == joint.motions]
     suffixes = words[0] if words else ("",) * len(joint.coordinates)
     for coordinate, suffix in zip(joint.coordinates, suffixes, strict=False):
-        yield coordinate.name, f"{given}_{suffix}" if suffix else given
+        yield coordinate.name, f"{new_name}_{suffix}" if suffix else new_name
 
 
 def _has_other_motions(joint: Joint) -> bool:
@@ -74,36 +74,36 @@ def _other_law(muscle: Muscle) -> Words:
 
 
 def _missing_parameters(muscle: Muscle) -> Words:
-    given, known = _parameters(muscle)
-    missing = [names for item, names in known if item.required and not set(names) <= set(given)]
+    used, table = _parameters(muscle)
+    missing = [names for item, names in table if item.required and not set(names) <= set(used)]
     return _names_for(cable_tag(muscle.model.kind), [name for names in missing for name in names])
 
 
 def _other_parameters(muscle: Muscle) -> Words:
-    given, known = _parameters(muscle)
-    names = {name for _, names in known for name in names}
-    return _names_for(cable_tag(muscle.model.kind), [name for name in given if name not in names])
+    used, table = _parameters(muscle)
+    names = {name for _, names in table for name in names}
+    return _names_for(cable_tag(muscle.model.kind), [name for name in used if name not in names])
 
 
 def _parameters(muscle: Muscle) -> tuple[list[str], list[tuple[Property, list[str]]]]:
     """Return the parameters of a cable, and CASPR's properties with their parameters."""
     cable = CASPR_CABLES[cable_tag(muscle.model.kind)]
-    given = [] if _other_law(muscle) else [name for name, _ in muscle.model.parameters]
-    return given, [
-        (item, [item.name(k) for k in range(1, (item.size or len(given)) + 1)])
+    names = [] if _other_law(muscle) else [name for name, _ in muscle.model.parameters]
+    return names, [
+        (item, [item.name(k) for k in range(1, (item.size or len(names)) + 1)])
         for item in cable.properties
     ]
 
 
 def _missing_numbers(muscle: Muscle) -> Words:
-    tag, given, known = _numbers(muscle)
-    missing = [item for item in known if given.get(item.tag) != item.size]
+    tag, sizes, properties = _numbers(muscle)
+    missing = [item for item in properties if sizes.get(item.tag) != item.size]
     return _names_for(tag, [f"{item.size} numbers {item.tag}" for item in missing])
 
 
 def _other_numbers(muscle: Muscle) -> Words:
-    tag, given, known = _numbers(muscle)
-    return _names_for(tag, sorted(set(given) - {item.tag for item in known}))
+    tag, sizes, properties = _numbers(muscle)
+    return _names_for(tag, sorted(set(sizes) - {item.tag for item in properties}))
 
 
 def _numbers(muscle: Muscle) -> tuple[str, dict[str, int], tuple[Property, ...]]:

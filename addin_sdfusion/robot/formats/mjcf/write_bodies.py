@@ -145,12 +145,12 @@ def _add_motion(body: ElementTree.Element, motion_joint: MotionJoint, T_child_mo
 
 def _resistance_attributes(c: Coordinate) -> dict[str, str]:
     """Return the attributes of spring, armature and friction that are not zero."""
-    given = {}
+    attributes = {}
     if c.stiffness:
-        given = {"stiffness": numbers([c.stiffness]), "springref": numbers([c.rest])}
+        attributes = {"stiffness": numbers([c.stiffness]), "springref": numbers([c.rest])}
     if c.armature:
-        given["armature"] = numbers([c.armature])
-    return given | ({"frictionloss": numbers([c.friction])} if c.friction else {})
+        attributes["armature"] = numbers([c.armature])
+    return attributes | ({"frictionloss": numbers([c.friction])} if c.friction else {})
 
 
 def _add_inertial(body: ElementTree.Element, inertia: Inertia) -> None:

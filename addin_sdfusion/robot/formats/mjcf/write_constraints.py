@@ -72,8 +72,8 @@ def is_supported(function: Function) -> bool:
 
 
 def _coefficients(function: Function) -> tuple[float, ...]:
-    given = function.coefficients if isinstance(function, Polynomial) else ()
-    return (*given, *(0.0,) * (5 - len(given)))
+    powers = function.coefficients if isinstance(function, Polynomial) else ()
+    return (*powers, *(0.0,) * (5 - len(powers)))
 
 
 def _add_coupling(

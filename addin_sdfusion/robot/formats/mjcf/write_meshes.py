@@ -58,7 +58,7 @@ def add_shapes(robot: Robot, bodies: dict[str, ElementTree.Element]) -> None:
             halves = [0.5 * size for size in shape.sizes]
             if shape.kind != "box":
                 halves[0] = shape.sizes[0]
-            given = {"type": shape.kind, "size": numbers(halves), "group": GROUPS["collision"]}
+            words = {"type": shape.kind, "size": numbers(halves), "group": GROUPS["collision"]}
             element(
-                bodies[link.name], "geom", None, **given, **placement(shape.pose), **NO_COLLISIONS
+                bodies[link.name], "geom", None, **words, **placement(shape.pose), **NO_COLLISIONS
             )

@@ -149,8 +149,8 @@ def _coordinate(
     for term in coordinate.coupling:
         function_element(node, "term", term.function, coordinate=term.coordinate)
     if coordinate.limit_force is not None:
-        given = asdict(coordinate.limit_force)
-        element(node, "limit_force", **{name: numbers([x]) for name, x in given.items()})
+        force = asdict(coordinate.limit_force)
+        element(node, "limit_force", **{name: numbers([x]) for name, x in force.items()})
 
 
 def _loop_joint(plugin: ElementTree.Element, loop: LoopJoint) -> None:

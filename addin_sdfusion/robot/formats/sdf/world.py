@@ -157,9 +157,9 @@ def _shape(collision: Node, name: str, pose: Pose) -> Iterator[StaticObject | fl
 def _plane(shape: Node, pose: Pose) -> Iterator[float]:
     """Yield the height of a horizontal plane, which is infinite for contacts in SDF."""
     normal: Vector3 = (0.0, 0.0, 1.0)
-    given = shape.optional("normal")
-    if given is not None:
-        normal = given.vector3()
+    child = shape.optional("normal")
+    if child is not None:
+        normal = child.vector3()
     x, y, z = (a - b for a, b in zip(apply(pose, normal), pose.position, strict=True))
     if z <= 0 or math.hypot(x, y) > _LEVEL * z:
         shape.warning("plane-left-out", "a plane that is not horizontal is omitted; use a box")
@@ -188,10 +188,10 @@ def _surface(collision: Node) -> tuple[float | None, float | None]:
     bounce = surface.optional("bounce")
     mu = None
     if friction is not None:
-        given = [node for tag in ("mu", "mu2") if (node := friction.optional(tag)) is not None]
-        mu = min((friction.number(node.tag) for node in given), default=None)
-    known = bounce is not None and bounce.optional("restitution_coefficient") is not None
-    restitution = bounce.number("restitution_coefficient") if bounce and known else None
+        nodes = [node for tag in ("mu", "mu2") if (node := friction.optional(tag)) is not None]
+        mu = min((friction.number(node.tag) for node in nodes), default=None)
+    is_specified = bounce is not None and bounce.optional("restitution_coefficient") is not None
+    restitution = bounce.number("restitution_coefficient") if bounce and is_specified else None
     return mu, restitution
 
 

@@ -77,9 +77,9 @@ def _link(model: ElementTree.Element, link: Link, carrier: SdfJoint) -> None:
     for mesh, name in zip(link.meshes, mesh_names(link), strict=True):
         looks = element(node, mesh.role, name=name)
         _pose(looks, mesh.pose)
-        given = element(element(looks, "geometry"), "mesh")
-        element(given, "uri", mesh.uri)
-        element(given, "scale", numbers(mesh.scale))
+        geometry = element(element(looks, "geometry"), "mesh")
+        element(geometry, "uri", mesh.uri)
+        element(geometry, "scale", numbers(mesh.scale))
         if mesh.color is not None:
             material = element(looks, "material")
             for light in ("ambient", "diffuse"):
@@ -87,12 +87,12 @@ def _link(model: ElementTree.Element, link: Link, carrier: SdfJoint) -> None:
     for shape, name in zip(link.shapes, shape_names(link), strict=True):
         collision = element(node, "collision", name=name)
         _pose(collision, shape.pose)
-        given = element(element(collision, "geometry"), shape.kind)
+        geometry = element(element(collision, "geometry"), shape.kind)
         if shape.kind == "box":
-            element(given, "size", numbers(shape.sizes))
+            element(geometry, "size", numbers(shape.sizes))
         for tag, size in zip(("radius", "length"), shape.sizes, strict=False):
             if shape.kind != "box":
-                element(given, tag, size)
+                element(geometry, tag, size)
 
 
 def _joint(model: ElementTree.Element, joint: SdfJoint) -> None:

@@ -84,10 +84,10 @@ def _moved_frames(robot: Robot) -> Iterator[FeaturePlace]:
 
 
 def _renamed_joints(robot: Robot) -> Iterator[FeaturePlace]:
-    given = {single.child: single.name for single in single_joints(robot)}
+    name_of = {single.child: single.name for single in single_joints(robot)}
     for joint in robot.joints:
-        if joint.type == "fixed" and given[joint.child] != joint.name:
-            yield FeaturePlace(Subject("joint", joint.name), {"name": given[joint.child]})
+        if joint.type == "fixed" and name_of[joint.child] != joint.name:
+            yield FeaturePlace(Subject("joint", joint.name), {"name": name_of[joint.child]})
 
 
 IN_CARDSFLOW_XML = (

@@ -48,8 +48,8 @@ def _ellipsoid(node: Node) -> tuple[Motion, ...]:
 
 
 def _scapulothoracic(node: Node) -> tuple[Motion, ...]:
-    given = node.optional("scapula_winging_axis_origin")
-    x, y = (0.0, 0.0) if given is None else given.numbers(2)
+    origin = node.optional("scapula_winging_axis_origin")
+    x, y = (0.0, 0.0) if origin is None else origin.numbers(2)
     direction = node.number("scapula_winging_axis_direction", 0.0)
     radii = node.vector("thoracic_ellipsoid_radii_x_y_z")
     return OverEllipsoid(radii, (x, y, direction)).motions()

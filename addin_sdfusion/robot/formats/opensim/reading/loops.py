@@ -59,10 +59,10 @@ def read_loops(
 
 
 def _note_left_out(node: Node) -> None:
-    given = node.attribute("name", "") or node.tag
+    name = node.attribute("name", "") or node.tag
     known = ", ".join((*_KINDS, _WELD))
     problem = (
-        f"<{node.tag}> {given!r} is not supported and is ignored (known: {known}, if they form a "
+        f"<{node.tag}> {name!r} is not supported and is ignored (known: {known}, if they form a "
         "joint); the motion of the robot differs"
     )
     node.warning("loop-left-out", problem)
@@ -87,8 +87,8 @@ def _point(node: Node, frames: Frames, name: str) -> LoopPoint:
     )
     direction, distance = ZERO, 0.0
     if kind == "line":
-        given = node.vector("line_direction_vec")
-        direction = normalized(T.rotate(given)) if any(given) else ZERO
+        line = node.vector("line_direction_vec")
+        direction = normalized(T.rotate(line)) if any(line) else ZERO
     if kind == "distance":
         distance = node.number("constant_distance")
     return LoopPoint(name, parent, child, kind, first, second, direction, distance)

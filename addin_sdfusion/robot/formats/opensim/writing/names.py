@@ -58,9 +58,9 @@ def with_legal_names(robot: Robot) -> Robot:
 def renamed_objects(robot: Robot) -> Iterator[FeaturePlace]:
     """Report the names that are changed."""
     for kind, renaming in _renamings(robot).items():
-        for name, given in renaming.items():
-            if given != name:
-                yield FeaturePlace(Subject(kind.replace(" ", "_"), name), {"given": given})
+        for name, new_name in renaming.items():
+            if new_name != name:
+                yield FeaturePlace(Subject(kind.replace(" ", "_"), name), {"given": new_name})
 
 
 def _renamings(robot: Robot) -> dict[str, Renaming]:
