@@ -242,9 +242,9 @@ CORE_API int core_advance(core *c, const real *u, real h);
 CORE_API void core_reach(core *c, real h);
 
 /* Compute commands: those after which the tensions of core_reach are f, or as close to f as possible. A
-   position command is assumed to move along with its path after every time `held`, above 0. f must be
+   position command is assumed to move along with its path after every time `hold`, above 0. f must be
    finite; return 0, or 1 + the index of the first force that is not. */
-CORE_API int core_invert(core *c, const real *f, real h, real held);
+CORE_API int core_invert(core *c, const real *f, real h, real hold);
 
 /* Evaluate the fibres and tendons of Hill-type muscles at `count` points, independently of the state of the
    handle. A point has 5 numbers for each muscle: activation, fibre length in [m], fibre velocity in [m/s],

@@ -299,8 +299,8 @@ static void resist_stretched(const core *c, const bent_cable *at, real *M)
         }
         cable_stretch_yield(c, at, c->bend_lag);
         for (int32_t k = at->begin; k < at->end; k++) {
-            const real *flow = flow_of(c, k), held = flow[j] - share[k] * L[j] - c->bend_lag[k];
-            for (size_t i = 0; i < n; i++) M[i * n + j] += c->bend_resistance[k] * (flow[i] - share[k] * L[i]) * held;
+            const real *flow = flow_of(c, k), stuck = flow[j] - share[k] * L[j] - c->bend_lag[k];
+            for (size_t i = 0; i < n; i++) M[i * n + j] += c->bend_resistance[k] * (flow[i] - share[k] * L[i]) * stuck;
         }
     }
 }

@@ -37,23 +37,23 @@ static real *stretches_of(const core *c, const bent_cable *at)
     return state;
 }
 
-void cable_stretch_take(core *c, int32_t muscle, int32_t bend, const cable_stretch *found)
+void cable_stretch_take(core *c, int32_t muscle, int32_t bend, const cable_stretch *stretch)
 {
     const bent_cable at = {muscle, bend, bend + c->blob.muscle_bends[muscle]};
-    const real *slip = slips_of(c), *state = stretches_of(c, &at), whole = c->lengths[muscle] + found->lead;
-    const int is_taut = value_of(found->over) > 0 && value_of(whole) > 0;
-    const real per_whole = is_taut ? 1 / whole : 0;
+    const real *slip = slips_of(c), *state = stretches_of(c, &at), total = c->lengths[muscle] + stretch->lead;
+    const int is_taut = value_of(stretch->over) > 0 && value_of(total) > 0;
+    const real per_total = is_taut ? 1 / total : 0;
     real rise = 0, T = 1;
     for (int32_t k = at.begin; k < at.end; k++) {
-        const real W = c->bend_behind[k] * per_whole, grown = T * exponential_less_one(c->bend_grip[k] * slip[k]);
+        const real W = c->bend_behind[k] * per_total, grown = T * exponential_less_one(c->bend_grip[k] * slip[k]);
         c->bend_share[k] = W;
-        c->bend_owed[k] = *state++ - W * found->over;
+        c->bend_owed[k] = *state++ - W * stretch->over;
         rise += W * grown, T += grown;
     }
     const real f = c->tensions[muscle];
     c->tensions[muscle] = f / (1 + rise);
     c->cable_rise[muscle] = rise, c->cable_stretches[muscle] = 1;
-    c->cable_compliance[muscle] = is_taut ? 1 / larger(found->stiffness, MIN_STIFFNESS) : 0;
+    c->cable_compliance[muscle] = is_taut ? 1 / larger(stretch->stiffness, MIN_STIFFNESS) : 0;
     c->cable_beyond[muscle] = (f - c->tensions[muscle]) * c->cable_compliance[muscle];
 }
 

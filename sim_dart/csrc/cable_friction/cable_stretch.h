@@ -7,7 +7,7 @@
 
 /* Use the stretch of a muscle, whose first bend is `bend`, at the last q: replace its tension, the mean
    along the cable, by the tension of its first span. */
-CORE_INSIDE void cable_stretch_take(core *c, int32_t muscle, int32_t bend, const cable_stretch *found);
+CORE_INSIDE void cable_stretch_take(core *c, int32_t muscle, int32_t bend, const cable_stretch *stretch);
 /* Set the stretch states to the current stretch of the cables. */
 CORE_INSIDE void cable_stretch_start(core *c);
 /* Compute the states after a step with the sliding distances bend_next. */

@@ -31,13 +31,13 @@ static real excess(const core *c, const real *rates, int32_t j)
 /* Return the coordinate that most exceeds a limit that is not active yet, or -1. */
 static int32_t furthest(const core *c, const real *rates)
 {
-    int32_t found = -1;
+    int32_t worst = -1;
     real maximum = 0;
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         const real by = c->side[j] == 0 ? fabs(excess(c, rates, j)) : 0;
-        if (value_of(by) > value_of(maximum)) maximum = by, found = j;
+        if (value_of(by) > value_of(maximum)) maximum = by, worst = j;
     }
-    return found;
+    return worst;
 }
 
 /* Compliance of a coordinate at a limit, relative to the tree, if the robot has loops. With loops several

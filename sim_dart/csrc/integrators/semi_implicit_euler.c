@@ -20,9 +20,9 @@ static void accelerate(core *c, real h)
     const real *rates = c->is_driven ? variables_rates(c, c->qd) : c->qd;
     real *load = c->is_driven ? c->row : c->load;
     for (int32_t j = 0; j < b->counts.variables; j++) {
-        const real given = j < b->counts.dofs ? c->torques[j] + c->outer[j] : number(0);
+        const real applied = j < b->counts.dofs ? c->torques[j] + c->outer[j] : number(0);
         c->armature[j] = b->armature[j] + h * (b->damping[j] + h * b->stiffness[j]);
-        load[j] = given - b->damping[j] * rates[j] -
+        load[j] = applied - b->damping[j] * rates[j] -
                   b->stiffness[j] * (c->at[j] + h * rates[j] - b->rest[j]);
     }
     for (int32_t l = 0; l < b->counts.limit_forces; l++) {

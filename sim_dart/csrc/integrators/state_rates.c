@@ -14,8 +14,8 @@ void state_rates_accelerate(core *c, const real *extra)
     const real *rates = c->is_driven ? variables_rates(c, c->qd) : c->qd;
     real *load = c->is_driven ? c->row : c->load;
     for (int32_t j = 0; j < b->counts.variables; j++) {
-        const real given = j < b->counts.dofs ? c->torques[j] + c->outer[j] : 0;
-        load[j] = given - b->damping[j] * rates[j] - b->stiffness[j] * (c->at[j] - b->rest[j]);
+        const real applied = j < b->counts.dofs ? c->torques[j] + c->outer[j] : 0;
+        load[j] = applied - b->damping[j] * rates[j] - b->stiffness[j] * (c->at[j] - b->rest[j]);
     }
     for (int32_t l = 0; l < b->counts.limit_forces; l++) {
         const limit_force f = limit_force_at(c, l);

@@ -33,12 +33,12 @@ void variables_move(core *c)
     const blob_view *b = &c->blob;
     const real *numbers = b->term_number;
     for (int32_t k = b->counts.dofs, t = 0; k < b->counts.variables; k++) {
-        real sum = 0, found[3];
+        real sum = 0, value[3];
         for (const int32_t end = t + b->variable_terms[k]; t < end; t++) {
             const int is_polynomial = b->term_kind[t] == TERM_POLYNOMIAL;
-            (is_polynomial ? polynomial : pieces)(numbers, b->term_size[t], c->at[b->term_source[t]], found);
+            (is_polynomial ? polynomial : pieces)(numbers, b->term_size[t], c->at[b->term_source[t]], value);
             numbers += (is_polynomial ? 1 : PIECE_NUMBERS) * b->term_size[t];
-            sum += found[0], c->slope[t] = found[1], c->curve[t] = found[2];
+            sum += value[0], c->slope[t] = value[1], c->curve[t] = value[2];
         }
         c->at[k] = sum;
     }

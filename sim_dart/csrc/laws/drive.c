@@ -91,8 +91,8 @@ static void stretch_cables(core *c, const real *u)
     int32_t bend = 0;
     for EACH_MUSCLE (c, &at) {
         if (does_stretch(c, at.m)) {
-            const cable_stretch found = at.law->stretch(at.k, at.x, c->lengths[at.m], command(&at, u));
-            cable_stretch_take(c, at.m, bend, &found);
+            const cable_stretch stretch = at.law->stretch(at.k, at.x, c->lengths[at.m], command(&at, u));
+            cable_stretch_take(c, at.m, bend, &stretch);
         }
         bend += c->blob.muscle_bends[at.m];
     }

@@ -113,14 +113,14 @@ static real tension_at_driven_end(const core *c, int32_t m, real f)
 }
 
 /* Return the tension after a time h with command u; the current tension for a law without states. A command
-   that moves along with the path does so after every `held`. */
-static real tension_after(const core *c, const muscle_law *at, real u, real h, real held)
+   that moves along with the path does so after every `hold`. */
+static real tension_after(const core *c, const muscle_law *at, real u, real h, real hold)
 {
     const real l = c->lengths[at->m], driven = length_at(c, at->m), v = c->rates[at->m];
     if (!at->states) return tension_at_driven_end(c, at->m, bounded_tension(at, NULL, l, v, u));
     real x[MAX_LAW_STATES];
     memcpy(x, at->x, (size_t)at->states * sizeof(real));
-    const int steps = at->law->moves_along ? whole_steps(ceil(h / held - PERIOD_TOLERANCE), MAX_HELD) : 1;
+    const int steps = at->law->moves_along ? whole_steps(ceil(h / hold - PERIOD_TOLERANCE), MAX_HELD) : 1;
     const real t = h / steps, along = at->law->moves_along ? v * t : 0;
     for (int i = 0; i < steps; i++) at->law->advance(at->k, x, driven + v * t * i, v, u + along * i, t);
     return tension_at_driven_end(c, at->m, bounded_tension(at, x, l + v * h, v, u));
@@ -136,7 +136,7 @@ static void store_reach(const core *c, const muscle_law *at, real h, real at_low
 }
 
 /* Return the result of core_reach if nothing has changed since; otherwise NULL. */
-static const reach *known_reach(const core *c, const muscle_law *at, real h)
+static const reach *cached_reach(const core *c, const muscle_law *at, real h)
 {
     const reach *r = reach_of(c, at);
     int same = r->is_known == 1 && r->l == c->lengths[at->m] && r->v == c->rates[at->m] && r->h == h;
@@ -175,9 +175,9 @@ static real secant_zero(const attempt *a, const attempt *b)
     return (a->u * b->off - b->u * a->off) / (b->off - a->off);
 }
 
-static attempt evaluate_attempt(const core *c, const muscle_law *at, real u, real f, real h, real held)
+static attempt evaluate_attempt(const core *c, const muscle_law *at, real u, real f, real h, real hold)
 {
-    return (attempt){u, tension_after(c, at, u, h, held) - f};
+    return (attempt){u, tension_after(c, at, u, h, hold) - f};
 }
 
 /* Return whether u is between two commands. */
@@ -193,15 +193,15 @@ static real tolerance_of(const muscle_law *at, real f, const attempt *a, const a
 }
 
 /* Apply the secant method from the guess of a law. Return whether it has found a command within the range. */
-static int search_near(const core *c, const muscle_law *at, real f, real h, real held, real *u)
+static int search_near(const core *c, const muscle_law *at, real f, real h, real hold, real *u)
 {
     real step;
     *u = at->law->guess(at->k, at->x, length_at(c, at->m), f, &step);
-    attempt before = evaluate_attempt(c, at, *u, f, h, held), last = before;
+    attempt before = evaluate_attempt(c, at, *u, f, h, hold), last = before;
     *u += value_of(last.off) > 0 ? step : -step;
     for (int i = 0; i < NEAR_INVERSIONS; i++) {
         if (!(value_of(*u) >= value_of(at->k[LAW_LOW]) && value_of(*u) <= value_of(at->k[LAW_HIGH]))) return 0;
-        before = last, last = evaluate_attempt(c, at, *u, f, h, held);
+        before = last, last = evaluate_attempt(c, at, *u, f, h, hold);
         if (value_of(fabs(last.off)) <= value_of(tolerance_of(at, f, &before, &last))) return 1;
         *u = secant_zero(&before, &last);
     }
@@ -210,14 +210,14 @@ static int search_near(const core *c, const muscle_law *at, real f, real h, real
 
 /* Apply the secant method on a bracket, which is bisected if a step would leave it, and regularly. First try
    the command that keeps an activation constant: there the time constant changes. */
-static real invert_law(const core *c, const muscle_law *at, real f, real h, real held)
+static real invert_law(const core *c, const muscle_law *at, real f, real h, real hold)
 {
     real near;
-    if (at->law->guess && search_near(c, at, f, h, held, &near)) return near;
-    const reach *known = known_reach(c, at, h);
-    attempt low = known ? (attempt){at->k[LAW_LOW], known->at_low - f} : evaluate_attempt(c, at, at->k[LAW_LOW], f, h, held);
+    if (at->law->guess && search_near(c, at, f, h, hold, &near)) return near;
+    const reach *cached = cached_reach(c, at, h);
+    attempt low = cached ? (attempt){at->k[LAW_LOW], cached->at_low - f} : evaluate_attempt(c, at, at->k[LAW_LOW], f, h, hold);
     if (low.off == 0) return low.u;
-    attempt high = known ? (attempt){at->k[LAW_HIGH], known->at_high - f} : evaluate_attempt(c, at, at->k[LAW_HIGH], f, h, held);
+    attempt high = cached ? (attempt){at->k[LAW_HIGH], cached->at_high - f} : evaluate_attempt(c, at, at->k[LAW_HIGH], f, h, hold);
     if ((value_of(low.off) > 0) == (value_of(high.off) > 0))
         return value_of(fabs(low.off)) <= value_of(fabs(high.off)) ? low.u : high.u;
     const real enough = tolerance_of(at, f, &high, &low);
@@ -225,7 +225,7 @@ static real invert_law(const core *c, const muscle_law *at, real f, real h, real
     real u = at->law->is_hill ? at->x[0] : secant_zero(&low, &high);
     for (int i = 0; i < MAX_INVERSIONS; i++) {
         if (!is_between(&low, &high, u) || i % 8 == 7) u = (low.u + high.u) / 2;
-        before = last, last = evaluate_attempt(c, at, u, f, h, held);
+        before = last, last = evaluate_attempt(c, at, u, f, h, hold);
         if (value_of(fabs(last.off)) <= value_of(enough)) break;
         const int is_high = (value_of(last.off) > 0) == (value_of(high.off) > 0);
         *(is_high ? &high : &low) = last;
@@ -235,7 +235,7 @@ static real invert_law(const core *c, const muscle_law *at, real f, real h, real
     return last.u;
 }
 
-int core_invert(core *c, const real *f, real h, real held)
+int core_invert(core *c, const real *f, real h, real hold)
 {
     for (int32_t m = 0; m < c->blob.counts.muscles; m++)
         if (!isfinite(f[m])) return 1 + m;
@@ -246,7 +246,7 @@ int core_invert(core *c, const real *f, real h, real held)
         else if (c->blob.law_kind[at.m] == KIND_ideal)
             c->commands[at.m] = larger(f[at.m], 0);
         else
-            c->commands[at.m] = invert_law(c, &at, f[at.m], h, held);
+            c->commands[at.m] = invert_law(c, &at, f[at.m], h, hold);
     }
     return 0;
 }

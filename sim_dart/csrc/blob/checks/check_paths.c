@@ -69,7 +69,7 @@ static int check_ellipsoid_wrap(const blob_view *b, int k, char *message, size_t
 
 static int check_wraps(const blob_view *b, char *message, size_t capacity)
 {
-    int32_t here = 0, muscle = 0, end = b->counts.muscles ? b->muscle_points[0] : 0, opensim_wraps = 0;
+    int32_t of_segment = 0, muscle = 0, end = b->counts.muscles ? b->muscle_points[0] : 0, opensim_wraps = 0;
     for (int k = 0; k < b->counts.wraps; k++) {
         const int32_t point = b->wrap_point[k];
         if (point < 0 || point >= b->counts.points - 1)
@@ -89,8 +89,8 @@ static int check_wraps(const blob_view *b, char *message, size_t capacity)
             return reject(message, capacity, "wrap %d: more than %d OpenSim wraps in one muscle", k, MAX_SEQUENCE);
         if (b->wrap_guide[k] < -1 || b->wrap_guide[k] >= b->counts.guides)
             return reject(message, capacity, "wrap %d: unknown guide %d", k, (int)b->wrap_guide[k]);
-        here = k && point == b->wrap_point[k - 1] ? here + 1 : 1;
-        if (here > MAX_SEQUENCE)
+        of_segment = k && point == b->wrap_point[k - 1] ? of_segment + 1 : 1;
+        if (of_segment > MAX_SEQUENCE)
             return reject(message, capacity, "wrap %d: more than %d in one segment", k, MAX_SEQUENCE);
         if (b->wrap_surface[k] < 0 || b->wrap_surface[k] >= b->counts.surfaces)
             return reject(message, capacity, "wrap %d: unknown surface %d", k, (int)b->wrap_surface[k]);
