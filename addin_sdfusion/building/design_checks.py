@@ -19,11 +19,11 @@ _HIGHER = 2.0  # minimum ratio of the extents of the links along y and z that su
 
 def snapshot_findings(snapshot: DesignSnapshot) -> list[Finding]:
     """Return an error for every occurrence whose path or parent is invalid."""
-    known = {o.path for o in snapshot.occurrences}
+    paths = {o.path for o in snapshot.occurrences}
     counts = Counter(o.path for o in snapshot.occurrences)
     bad = {path for path, count in counts.items() if count > 1 or path == ROOT}
     for o in snapshot.occurrences:
-        if o.parent != ROOT and not (o.parent in known and o.path.startswith(f"{o.parent}+")):
+        if o.parent != ROOT and not (o.parent in paths and o.path.startswith(f"{o.parent}+")):
             bad.add(o.path)
     problem = "its path is a duplicate or not below its parent; read the design again"
     return [error(Subject("occurrence", path), "bad-occurrence", problem) for path in sorted(bad)]

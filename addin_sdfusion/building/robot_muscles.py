@@ -70,7 +70,7 @@ class _Muscles:
         surfaces = tuple(
             s for row in self._table.wraps if not row.lost and (s := self._surface(row)) is not None
         )
-        known = {surface.name for surface in surfaces}
+        names = {surface.name for surface in surfaces}
         points = {
             row.name: [p for p in self._table.points_of(row.name) if not p.lost]
             for row in self._table.rows
@@ -84,7 +84,7 @@ class _Muscles:
                 row.cable_model,
                 wraps=self._segments(
                     points[row.name],
-                    [pair for pair in self._table.wraps_of(row.name) if pair[0].name in known],
+                    [pair for pair in self._table.wraps_of(row.name) if pair[0].name in names],
                 ),
             )
             for row in self._table.rows

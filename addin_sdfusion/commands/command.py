@@ -67,7 +67,7 @@ class Command:
         """Create a command without a button."""
         self.dialog = dialog
         self._open_window = open_window
-        self._kept: list[Any] = []  # Fusion does not hold references to handlers
+        self._handlers: list[Any] = []  # Fusion does not hold references to handlers
         self._kept_by_window: list[Any] = []
         self._window: Window | None = None
 
@@ -84,7 +84,7 @@ class Command:
         if clip.is_file():
             definition.toolClipFilename = str(clip)
         opened = guard_handler(self._open, self.dialog.name)
-        self._connect(definition, "commandCreated", opened, self._kept)
+        self._connect(definition, "commandCreated", opened, self._handlers)
         panel = ui.allToolbarPanels.itemById(PANEL)
         if panel is not None:
             control = panel.controls.addCommand(definition)
@@ -104,7 +104,7 @@ class Command:
         if definition is not None:
             definition.deleteMe()
         self._window = None
-        self._kept.clear()
+        self._handlers.clear()
         self._kept_by_window.clear()
 
     def _connect(

@@ -28,7 +28,7 @@ class TableInput:
         self.id = item.id
         self._icons = icons
         self._rows: list[list[Cell]] = []
-        self._made = 0
+        self._rows_made = 0
         for column, title in enumerate(item.columns):
             self._put(0, column, f"{HEAD}__{column}", Cell(title))
 
@@ -53,9 +53,9 @@ class TableInput:
         for i in reversed(range(same, len(self._rows))):
             self._table.deleteRow(i + 1)
         for i in range(same, len(cells)):
-            self._made += 1  # ids must be unique
+            self._rows_made += 1  # ids must be unique
             for j, cell in enumerate(cells[i]):
-                self._put(i + 1, j, f"{self._made}__{i}__{j}", cell)
+                self._put(i + 1, j, f"{self._rows_made}__{i}__{j}", cell)
         self._rows = cells
         row = keep + 1 if 0 <= keep < len(cells) else -1
         if self._table.selectedRow != row:

@@ -17,27 +17,27 @@ class Handles:
 
     def __init__(self, design: Any) -> None:
         self._design = design
-        self._held: dict[Any, tuple[Any, str]] = {}
+        self._entities: dict[Any, tuple[Any, str]] = {}
 
     def __setitem__(self, key: Any, entity: Any) -> None:
-        self._held[key] = entity, optional(lambda: str(entity.entityToken)) or ""
+        self._entities[key] = entity, optional(lambda: str(entity.entityToken)) or ""
 
     def __contains__(self, key: object) -> bool:
-        return key in self._held
+        return key in self._entities
 
     def __len__(self) -> int:
-        return len(self._held)
+        return len(self._entities)
 
     def __iter__(self) -> Iterator[Any]:
-        return iter(self._held)
+        return iter(self._entities)
 
     def get(self, key: Any) -> Any:
         """Return a valid object; None for an unknown key or an object that no longer exists."""
-        entity, token = self._held.get(key, (None, ""))
+        entity, token = self._entities.get(key, (None, ""))
         if entity is None or entity.isValid:
             return entity
         entities = optional(lambda: list(self._design.findEntityByToken(token))) or ()
         if len(entities) != 1:  # deleted, or a face that was split
             return None
-        self._held[key] = entities[0], token
+        self._entities[key] = entities[0], token
         return entities[0]

@@ -34,7 +34,7 @@ class Instances:
         self._listed = {path: {m.name for m in listed} for path, listed in inserted if listed}
         self._unique: dict[tuple[str, str, str], str] = {}
         self._used: dict[str, set[str]] = {"muscle": set().union(*self._listed.values())}
-        known = {m.name for m in of_open_design}
+        names = {m.name for m in of_open_design}
         by_name = dict[str, MuscleSnapshot]()
         for path, listed in inserted:
             for muscle in listed:
@@ -45,7 +45,7 @@ class Instances:
                     notes.warn(Subject("muscle", muscle.name), "same-name", message)
         self.muscles = (
             *of_open_design,
-            *(m for name, m in by_name.items() if name not in known),
+            *(m for name, m in by_name.items() if name not in names),
         )
 
     def point(self, point: PointSnapshot, design: str | None = None) -> PointSnapshot:

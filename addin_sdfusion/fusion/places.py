@@ -147,13 +147,13 @@ class Places:
     def _find_token(self, place: tuple[Level, ...], scope: str) -> str | None:
         """Return the occurrence that a token identifies, or a child of it."""
         for k in range(len(place), 0, -1):
-            known = self._with_token(place[k - 1].token)
+            paths = self._with_token(place[k - 1].token)
             below = [(level.component, level.instance) for level in place[k:]]
-            if len(known) == 1 and self.component(known[0]) == place[k - 1].component:
+            if len(paths) == 1 and self.component(paths[0]) == place[k - 1].component:
                 fitting = [
                     p
-                    for p in self._below(known[0])
-                    if list(self._chain(p, known[0])) == below and self._is_below(p, scope)
+                    for p in self._below(paths[0])
+                    if list(self._chain(p, paths[0])) == below and self._is_below(p, scope)
                 ]
                 return fitting[0] if len(fitting) == 1 else None
         return None
@@ -164,9 +164,9 @@ class Places:
         A new occurrence gets the number of one that was deleted or has another configuration.
         """
         for level, at in zip(place, self._way(path, scope), strict=True):
-            known = self._with_token(level.token)
-            if len(known) == 1 and known[0] != at and self._has_own_token(at):
-                return known[0]
+            paths = self._with_token(level.token)
+            if len(paths) == 1 and paths[0] != at and self._has_own_token(at):
+                return paths[0]
         return ""
 
     def _has_own_token(self, path: str) -> bool:

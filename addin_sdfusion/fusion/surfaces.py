@@ -104,11 +104,11 @@ def _by_body(faces: Iterable[Any], subject: Subject, notes: Notes) -> list[_Body
         body = notes.attempt(subject, "body", _body_of, face)
         if body is None:
             continue
-        known = next((other for other in bodies if other.native == body.native), None)
-        if known is None:
+        same_body = next((other for other in bodies if other.native == body.native), None)
+        if same_body is None:
             bodies.append(body)
         else:
-            known.faces.extend(body.faces)
+            same_body.faces.extend(body.faces)
     return bodies
 
 

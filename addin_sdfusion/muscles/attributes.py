@@ -113,11 +113,11 @@ def _split(cls: type, plain: Any) -> tuple[Any, dict[str, str]]:
     version = plain.get("version", 1)
     if type(version) is not int or version < 1:
         raise InputError(f"must be a version of the record, not {version!r}", key="version")
-    known = {f.name for f in fields(cls)} - {"extra"}
+    names = {f.name for f in fields(cls)} - {"extra"}
     if version <= VERSION:
         return {key: item for key, item in plain.items() if key != "version"}, {}
-    extra = {key: json_text(item) for key, item in plain.items() if key not in known}
-    return {key: item for key, item in plain.items() if key in known}, extra
+    extra = {key: json_text(item) for key, item in plain.items() if key not in names}
+    return {key: item for key, item in plain.items() if key in names}, extra
 
 
 def is_newer(record: PointUse | SurfaceUse | MuscleSnapshot) -> bool:
@@ -127,17 +127,17 @@ def is_newer(record: PointUse | SurfaceUse | MuscleSnapshot) -> bool:
 
 def _read(cls: type[Record], plain: Any, where: str) -> Record:
     """Return a record from a stored one of any version."""
-    known, extra = _split(cls, plain)
-    if cls is SurfaceUse and extra and isinstance(known.get("muscles"), list):
-        uses = [_split(WrapUse, {**item, "version": VERSION + 1}) for item in known["muscles"]]
+    values, extra = _split(cls, plain)
+    if cls is SurfaceUse and extra and isinstance(values.get("muscles"), list):
+        uses = [_split(WrapUse, {**item, "version": VERSION + 1}) for item in values["muscles"]]
         for _, more in uses:
             del more["version"]
-        known = {**known, "muscles": [{**use, "extra": more} for use, more in uses]}
+        values = {**values, "muscles": [{**use, "extra": more} for use, more in uses]}
     if extra:
-        known = {**known, "extra": extra}
-    elif isinstance(known, dict) and "extra" in known:
+        values = {**values, "extra": extra}
+    elif isinstance(values, dict) and "extra" in values:
         raise InputError("unknown key 'extra'", key=where)
-    return from_plain(cls, known, where)
+    return from_plain(cls, values, where)
 
 
 def read_kept_point(plain: Any, where: str) -> KeptPoint:

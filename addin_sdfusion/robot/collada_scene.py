@@ -17,13 +17,13 @@ class _Node:
     Attributes:
         geometries, nodes: Names of the geometries and nodes that it instantiates.
         inner: Child nodes.
-        found: Numbers of parts and of values below this node, or None if not counted yet.
+        counts: Numbers of parts and of values below this node, or None if not counted yet.
     """
 
     geometries: list[str] = field(default_factory=list)
     nodes: list[str] = field(default_factory=list)
     inner: list[_Node] = field(default_factory=list)
-    found: tuple[int, int] | None = None
+    counts: tuple[int, int] | None = None
 
 
 class ColladaScene:
@@ -65,14 +65,14 @@ class ColladaScene:
         """Return the number of nodes and geometry parts below a node, and of their values."""
         if depth > limits.MESH_DEPTH:
             raise ValueError(f"its nodes are nested more than {limits.MESH_DEPTH} deep")
-        if node.found is None:
+        if node.counts is None:
             below = [*node.inner, *(self._nodes[n] for n in node.nodes if n in self._nodes)]
             placed = [self._count(child, depth + 1) for child in below]
             parts = 1 + sum(self._parts.get(name, 1) for name in node.geometries)
             parts += sum(parts for parts, _ in placed)
             numbers = sum(self._sizes.get(name, 0) for name in node.geometries)
-            node.found = parts, numbers + sum(numbers for _, numbers in placed)
-        return node.found
+            node.counts = parts, numbers + sum(numbers for _, numbers in placed)
+        return node.counts
 
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         name = name.rpartition(":")[2]

@@ -40,12 +40,12 @@ def load_class(file: Path, name: str, base: type) -> type[Any]:
 class WrongBaseClassError(InputError):
     """A custom class that is not a subclass of the required base class."""
 
-    def __init__(self, found: type, base: type, file: Path) -> None:
+    def __init__(self, loaded_class: type, base: type, file: Path) -> None:
         package = base.__module__.partition(".")[0]
         super().__init__(
-            f"{found.__name__} is not a subclass of {package}.{base.__name__}", file=file
+            f"{loaded_class.__name__} is not a subclass of {package}.{base.__name__}", file=file
         )
-        self.found = found
+        self.loaded = loaded_class
 
 
 def call_custom(file: Path, call: Callable[[], T]) -> T:

@@ -34,7 +34,7 @@ def import_custom_law(custom: CustomLaw, space: Space) -> Callable[..., Law]:
     try:
         law = load_class(custom.file, custom.name, CLASSES[space])
     except WrongBaseClassError as error:
-        other = next((s for s, base in CLASSES.items() if issubclass(error.found, base)), None)
+        other = next((s for s, base in CLASSES.items() if issubclass(error.loaded, base)), None)
         if other is None:
             raise
         advice = f'the class follows a {other} reference; set controller.space = "{other}"'

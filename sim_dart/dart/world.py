@@ -189,12 +189,14 @@ class World:
             self._add_object(scene, item)
         self._add_links(robot, scene)
         _reject_too_many(len(self._bodies))
-        ignored = connected_links(robot) | {frozenset(self._known(pair)) for pair in scene.ignored}
+        ignored = connected_links(robot) | {
+            frozenset(self._valid_names(pair)) for pair in scene.ignored
+        }
         ignored |= {pair - {WORLD} | {GROUND} for pair in ignored if WORLD in pair}
         if not scene.self_collision:
             ignored |= self._within_robots()
         self._ignore_pairs(ignored)
-        reported = self._known(scene.reported)
+        reported = self._valid_names(scene.reported)
         rows = {name: k for k, name in enumerate(reported)}
         self._reported = len(rows)
         self._rows = {shape: rows.get(name, len(rows)) for shape, name in self._owners.items()}
@@ -260,7 +262,7 @@ class World:
             moves = body.getNumDependentGenCoords() > 0
             self._bodies[link] = WatchedBody(link, body, tuple(solids), moves)
 
-    def _known(self, names: tuple[str, ...]) -> tuple[str, ...]:
+    def _valid_names(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Return the names after checking that all are names of bodies that collide."""
         for name in names:
             if name not in self._bodies:

@@ -76,9 +76,9 @@ def find_edges(snapshot: DesignSnapshot, links: Links) -> Edges:
     findings: list[Finding] = []
     edges = [*_from_joints(snapshot, links, findings), *_from_groups(snapshot, links)]
     chosen = {bare_name(name) for name in snapshot.settings.cut_joints}
-    known = {bare_name(joint.name) for joint in snapshot.joints} | {edge.name for edge in edges}
-    for name in in_name_order(chosen - known):
-        problem = f"cannot be cut: {unknown('joint', name, in_name_order(known))}"
+    names = {bare_name(joint.name) for joint in snapshot.joints} | {edge.name for edge in edges}
+    for name in in_name_order(chosen - names):
+        problem = f"cannot be cut: {unknown('joint', name, in_name_order(names))}"
         problem += "; choose again in Export"
         findings.append(warning(Subject("joint", name), "unknown-cut-joint", problem))
     uncut = sorted((edge for edge in edges if edge.name not in chosen), key=edge_key)

@@ -105,13 +105,13 @@ def inherit_links(
 def _from_groups(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding]]:
     """Return the link of each occurrence that is a group member, by path, and the findings."""
     findings = list(_misspelt_groups(snapshot.groups))
-    known = {ROOT, *(occurrence.path for occurrence in snapshot.occurrences)}
+    paths = {ROOT, *(occurrence.path for occurrence in snapshot.occurrences)}
     groups_of: dict[str, list[str]] = {}
     names: list[str] = []
     for group in sorted(snapshot.groups, key=lambda g: (natural_key(g.name), g.name)):
         if group.suppressed or not is_link_group(group):
             continue
-        members = sorted(known.intersection(group.occurrences))
+        members = sorted(paths.intersection(group.occurrences))
         if not members:
             problem = "has no components and is not a link; add components or delete the group"
             findings.append(warning(Subject("group", group.name), "empty-group", problem))

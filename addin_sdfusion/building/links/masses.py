@@ -54,9 +54,9 @@ class _MassCalculator:
             snapshot.bodies, key=lambda b: (b.occurrence, b.name, b.kind, repr(b.mass))
         ):
             self._bodies.setdefault(body.occurrence, []).append(body)
-        self._whole: dict[str, bool] = {}
+        self._is_in_one_link: dict[str, bool] = {}
         self._findings: list[Finding] = []
-        self._known = {(finding.code, finding.subject) for finding in snapshot.findings}
+        self._reported = {(finding.code, finding.subject) for finding in snapshot.findings}
         masses = [*(o.mass for o in snapshot.occurrences), *(b.mass for b in snapshot.bodies)]
         self._sign = common_sign(m for m in masses if m is not None and is_usable(m))
 
@@ -100,12 +100,12 @@ class _MassCalculator:
 
     def _is_whole(self, path: str, link: str) -> bool:
         """Return whether everything below an occurrence belongs to the same link."""
-        if path not in self._whole:
-            self._whole[path] = all(
+        if path not in self._is_in_one_link:
+            self._is_in_one_link[path] = all(
                 self._links.of_occurrence.get(child) == link and self._is_whole(child, link)
                 for child in self._children.get(path, [])
             )
-        return self._whole[path]
+        return self._is_in_one_link[path]
 
     def _bodies_below(self, path: str) -> list[BodySnapshot]:
         bodies = list(self._bodies.get(path, []))
@@ -133,7 +133,7 @@ class _MassCalculator:
             self._findings.append(warning(subject, f"{body.kind}-body", problem))
             return False
         has_mass = body.mass is not None and is_usable(body.mass)
-        if not has_mass and not is_weighed and ("no-mass", subject) not in self._known:
+        if not has_mass and not is_weighed and ("no-mass", subject) not in self._reported:
             material = f"material {body.material!r}" if body.material else "no material"
             problem = f"has {material} and no mass; give it a physical material"
             self._findings.append(warning(subject, "no-mass", problem))

@@ -266,8 +266,8 @@ class _Search:
 
     def _has_effect(self, edge: Edge) -> bool:
         """Return whether the links of a chosen edge can move relative to each other."""
-        known = [link for link in edge.links if link in self._above]
-        if len(known) < len(edge.links):
+        reached = [link for link in edge.links if link in self._above]
+        if len(reached) < len(edge.links):
             return False
         bodies = {self._bodies.find(link) for link in edge.links}
         if len(edge.links) == 1:

@@ -72,15 +72,15 @@ def _is_of(attribute: Any, surface: SurfaceSnapshot, component: Any) -> bool:
     return (use.name, use.link, use.muscles) == (read.name, read.link, read.muscles)
 
 
-def _key(known: Handles, entity: Any, kind: str) -> str:
+def _key(handles: Handles, entity: Any, kind: str) -> str:
     """Return the key of an entity, compared by identity.
 
     Copies of a document have the same ids and names.
     """
     native = entity.nativeObject or entity
-    for key in known:
-        if known.get(key) == native:
+    for key in handles:
+        if handles.get(key) == native:
             return str(key)
-    key = f"picked:{kind} {len(known)}"
-    known[key] = native
+    key = f"picked:{kind} {len(handles)}"
+    handles[key] = native
     return key

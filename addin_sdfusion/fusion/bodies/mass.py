@@ -90,13 +90,13 @@ class Weigher:
         Copies of a document contain different components with equal ids.
         """
         component = occurrence.component
-        known = self._numbers.setdefault(identity(occurrence), [])
-        for number in known:
+        numbers = self._numbers.setdefault(identity(occurrence), [])
+        for number in numbers:
             if self._components[number] == component:
                 return number
         self._components.append(component)
-        known.append(len(self._components) - 1)
-        return known[-1]
+        numbers.append(len(self._components) - 1)
+        return numbers[-1]
 
     def in_root_frame(
         self, parts: Sequence[OccurrenceSnapshot], bodies: Sequence[BodySnapshot]

@@ -39,9 +39,9 @@ def read_groups(
                 continue
             # The path may be relative to the occurrence of the group instead of the root.
             below = f"{occurrence.path}+{path}"
-            known = next((p for p in (path, below) if p in occurrences), None)
-            if known is not None:
-                paths.add(known)
+            existing = next((p for p in (path, below) if p in occurrences), None)
+            if existing is not None:
+                paths.add(existing)
             elif not suppressed:
                 message = (
                     f"group {name!r} contains {path!r}, which is not in the design: edit the group "

@@ -53,12 +53,12 @@ def function_fault(function: Function) -> str:
 
 def couplings(robot: Robot) -> Iterator[Finding]:
     """Check that coupled coordinates follow existing coordinates and do not form a cycle."""
-    known = {c.name: c for c in robot.all_coordinates}
-    for c in known.values():
+    coordinates = {c.name: c for c in robot.all_coordinates}
+    for c in coordinates.values():
         subject = Subject("coordinate", c.name)
         for term in c.coupling:
-            if term.coordinate not in known:
-                problem = f"follows {unknown('coordinate', term.coordinate, list(known))}"
+            if term.coordinate not in coordinates:
+                problem = f"follows {unknown('coordinate', term.coordinate, list(coordinates))}"
                 yield error(subject, "unknown-coordinate", problem)
         if not c.is_free and c.actuated:
             problem = (
@@ -75,7 +75,7 @@ def couplings(robot: Robot) -> Iterator[Finding]:
                 "is coupled: its limits are ignored; set limits on the coordinates that it follows"
             )
             yield warning(subject, "limits-of-coupled", problem)
-    for cycle in _cycles(known):
+    for cycle in _cycles(coordinates):
         problem = f"follows itself through {listed(cycle)}; remove one of the couplings"
         yield error(Subject("coordinate", cycle[0]), "coupling-circle", problem)
 
@@ -98,10 +98,10 @@ def resisting(robot: Robot) -> Iterator[Finding]:
             yield error(subject, "limit-force-transition", problem)
 
 
-def _cycles(known: dict[str, Coordinate]) -> Iterator[list[str]]:
+def _cycles(coordinates: dict[str, Coordinate]) -> Iterator[list[str]]:
     """Yield the first cycle of couplings, as the names of its coordinates."""
     done: set[str] = set()
-    for name in known:
+    for name in coordinates:
         path: list[str] = []
         stack: list[str | None] = [name]
         while stack:
@@ -111,6 +111,6 @@ def _cycles(known: dict[str, Coordinate]) -> Iterator[list[str]]:
             elif current in path:
                 yield path[path.index(current) :]
                 return
-            elif current in known and current not in done:
+            elif current in coordinates and current not in done:
                 path.append(current)
-                stack += [None, *(term.coordinate for term in known[current].coupling)]
+                stack += [None, *(term.coordinate for term in coordinates[current].coupling)]

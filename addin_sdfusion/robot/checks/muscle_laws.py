@@ -56,12 +56,12 @@ def law_findings(subject: Subject, model: CableModel) -> Iterator[Finding]:
 def _names(
     subject: Subject, model: CableModel, parameters: tuple[Parameter, ...]
 ) -> Iterator[Finding]:
-    known = [parameter.name for parameter in parameters]
-    allowed = {*known, *_CASPR_PARAMETERS.get(model.kind, ())}
+    names = [parameter.name for parameter in parameters]
+    allowed = {*names, *_CASPR_PARAMETERS.get(model.kind, ())}
     counts = Counter(name for name, _ in model.parameters)
     for name, count in counts.items():
         if model.kind != "ideal" and name not in allowed:
-            problem = f"{model.kind}: {unknown('parameter', name, known)}"
+            problem = f"{model.kind}: {unknown('parameter', name, names)}"
             yield error(subject, "unknown-law-parameter", problem)
         if count > 1:
             problem = f"{model.kind}: parameter {name!r} is given {count} times; keep one"

@@ -112,9 +112,9 @@ def _mixed_rules(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
 
 
 def _coordinate(robot: Robot, subject: Subject, name: str, label: str) -> Iterator[Finding]:
-    known = [c.name for c in robot.all_coordinates]
-    if name not in known:
-        problem = f"{label} depends on {unknown('coordinate', name, known)}"
+    names = [c.name for c in robot.all_coordinates]
+    if name not in names:
+        problem = f"{label} depends on {unknown('coordinate', name, names)}"
         yield error(subject, "unknown-coordinate", problem)
 
 

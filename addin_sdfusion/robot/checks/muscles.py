@@ -31,14 +31,14 @@ def has_muscles(robot: Robot) -> Iterator[Finding]:
 def via_points(robot: Robot) -> Iterator[Finding]:
     """Check that muscles have at least two via points on existing links, and no empty segment."""
     links = [link.name for link in robot.links]
-    known = {WORLD, *links}
+    link_names = {WORLD, *links}
     for subject, muscle in all_muscles(robot):
         points = muscle.via_points
         if len(points) < 2 and (points or not muscle.terms):
             problem = f"needs at least two via points, has {len(points)}"
             yield error(subject, "too-few-via-points", problem)
         for name in dict.fromkeys(point.link for point in points):
-            if name not in known:
+            if name not in link_names:
                 problem = f"via point on {unknown('link', name, [WORLD, *links])}"
                 yield error(subject, "unknown-via-link", problem)
         for i, (start, end) in enumerate(pairwise(points), start=1):

@@ -36,10 +36,10 @@ def pulleys(robot: Robot) -> Iterator[Finding]:
 
 def _names(subject: Subject, pulley: BasePulley) -> Iterator[Finding]:
     caspr_pulley = next(p for p in CASPR_PULLEYS.values() if p.kind == pulley.kind)
-    known = [*(item.tag for item in caspr_pulley.properties), *_BEARING_PARAMETERS]
+    names = [*(item.tag for item in caspr_pulley.properties), *_BEARING_PARAMETERS]
     for name, _ in pulley.parameters:
-        if name not in known:
-            problem = f"its pulley: {unknown('parameter', name, known)}"
+        if name not in names:
+            problem = f"its pulley: {unknown('parameter', name, names)}"
             yield error(subject, "unknown-pulley-parameter", problem)
 
 

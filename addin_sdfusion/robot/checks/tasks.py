@@ -12,13 +12,13 @@ from ..model.robot import ANGLES, POSITIONS, Robot
 def task_frames(robot: Robot) -> Iterator[Finding]:
     """Check that task frames are on existing links and name each axis once."""
     links = [link.name for link in robot.links]
-    known = set(links)
+    link_names = set(links)
     for task_set in robot.task_sets:
         if not task_set.frames:
             problem = "has no frames; remove it or add one"
             yield error(Subject("task_set", task_set.name), "empty-task-set", problem)
     for subject, frame in all_task_frames(robot):
-        if frame.link not in known:
+        if frame.link not in link_names:
             yield error(subject, "unknown-task-link", unknown("link", frame.link, links))
         axes = set(frame.axes)
         of_one_kind = axes <= set(POSITIONS) or axes <= set(ANGLES)

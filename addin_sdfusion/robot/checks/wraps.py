@@ -25,11 +25,11 @@ INSIDE = 1e-6
 def wrap_surfaces(robot: Robot) -> Iterator[Finding]:
     """Check name, link, shape and sizes of each wrap surface."""
     links = [WORLD, *(link.name for link in robot.links)]
-    known = set(links)
+    link_names = set(links)
     yield from named([Subject("wrap_surface", surface.name) for surface in robot.wrap_surfaces])
     for surface in robot.wrap_surfaces:
         subject = Subject("wrap_surface", surface.name)
-        if surface.link not in known:
+        if surface.link not in link_names:
             yield error(subject, "unknown-wrap-link", unknown("link", surface.link, links))
         if surface.shape not in (known_shapes := get_args(WrapShape)):
             problem = unknown("shape", surface.shape, known_shapes)
@@ -125,8 +125,8 @@ def _sequences(
             problem = f"{len(wraps)} wraps in segment {segment}; use at most {MAX_WRAPS}"
             yield error(subject, "too-many-wraps", problem)
         over = [wrap for wrap in wraps if wrap.surface in surfaces and not wrap.inside]
-        known = [surfaces[wrap.surface] for wrap in over]
-        for first, second in pairwise(known):
+        surfaces_in_order = [surfaces[wrap.surface] for wrap in over]
+        for first, second in pairwise(surfaces_in_order):
             if _overlap(first, second):
                 problem = f"wraps over {first.name!r} and {second.name!r}, which overlap"
                 problem += "; the path between them is not taut; add a via point there"

@@ -28,19 +28,19 @@ class Names:
     """Generator of unique names, which appends underscores or a number to existing names."""
 
     def __init__(self, used_names: Iterable[str] = ()) -> None:
-        self._taken = set(used_names)
+        self._used = set(used_names)
         self._numbers: Counter[str] = Counter()
 
     def unique(self, name: str) -> str:
         """Return the name, with a suffix if the name already exists."""
         free = name
         for _ in range(_MAX_UNDERSCORES):
-            if free in self._taken:
+            if free in self._used:
                 free += "_"
-        while free in self._taken:
+        while free in self._used:
             self._numbers[name] += 1
             free = f"{name}_{self._numbers[name]}"
-        self._taken.add(free)
+        self._used.add(free)
         return free
 
 

@@ -154,7 +154,7 @@ def _joint(points: Sequence[LoopPoint]) -> tuple[LoopJoint | None, int]:
     if kinds.startswith("pp") and (joint := _revolute(*points[:2])) is not None:
         return joint, 2
     if kinds.startswith("p"):
-        return _made(points[0], "ball"), 1
+        return _loop_joint(points[0], "ball"), 1
     return None, 1
 
 
@@ -163,7 +163,7 @@ def _revolute(first: LoopPoint, second: LoopPoint) -> LoopJoint | None:
     if not _is_same_length(in_parent, in_child):
         return None
     axis = normalized(in_parent)
-    return _made(first, "revolute", (axis,), _smallest_rotation(axis, normalized(in_child)))
+    return _loop_joint(first, "revolute", (axis,), _smallest_rotation(axis, normalized(in_child)))
 
 
 def _universal(first: LoopPoint, second: LoopPoint) -> LoopJoint | None:
@@ -175,7 +175,7 @@ def _universal(first: LoopPoint, second: LoopPoint) -> LoopJoint | None:
     axis = normalized(in_parent)
     other = _orthogonal(axis)
     R = _smallest_rotation(other, normalized(in_child))
-    return _made(first, "universal", (axis, other), R)
+    return _loop_joint(first, "universal", (axis, other), R)
 
 
 def _cylindrical(first: LoopPoint, second: LoopPoint) -> LoopJoint | None:
@@ -185,7 +185,9 @@ def _cylindrical(first: LoopPoint, second: LoopPoint) -> LoopJoint | None:
     if not is_one_line or not any(in_child):
         return None
     axis = first.direction
-    return _made(first, "cylindrical", (axis,), _smallest_rotation(axis, normalized(in_child)))
+    return _loop_joint(
+        first, "cylindrical", (axis,), _smallest_rotation(axis, normalized(in_child))
+    )
 
 
 def _prismatic(first: LoopPoint, second: LoopPoint, third: LoopPoint) -> LoopJoint | None:
@@ -202,10 +204,10 @@ def _prismatic(first: LoopPoint, second: LoopPoint, third: LoopPoint) -> LoopJoi
         transpose(_frame(axis_in_child, normalized(across_in_child))),
         _frame(axis, normalized(across)),
     )
-    return _made(first, "prismatic", (axis,), R)
+    return _loop_joint(first, "prismatic", (axis,), R)
 
 
-def _made(
+def _loop_joint(
     first: LoopPoint,
     kind: Literal["ball", "revolute", "universal", "cylindrical", "prismatic"],
     axes: tuple[Vector3, ...] = (),

@@ -16,9 +16,9 @@ from .picks import Pick, picked_link
 def pick_surface(model: MuscleModel, pick: Pick) -> None:
     """Add a wrap surface, or choose an existing one."""
     wraps = model.table.wraps
-    known = next((wrap for wrap in wraps if wrap.face.entity == pick.entity), None)
-    if known is not None:
-        model.wrap = known.name
+    existing = next((wrap for wrap in wraps if wrap.face.entity == pick.entity), None)
+    if existing is not None:
+        model.wrap = existing.name
         raise InputError(f"This face is already wrap surface {model.wrap}.")
     link, face = picked_link(model, pick), pick.face
     if face is None:

@@ -89,10 +89,10 @@ def _value(_: MuscleModel, item: tuple[MuscleSnapshot, str]) -> Cell:
 
 def _meaning(_: MuscleModel, item: tuple[MuscleSnapshot, str]) -> Cell:
     row, name = item
-    known: dict[str, Parameter] = {p.name: p for p in law_of(row.cable_model).parameters}
-    if name not in known:
+    by_name: dict[str, Parameter] = {p.name: p for p in law_of(row.cable_model).parameters}
+    if name not in by_name:
         return Cell("unknown to this muscle law")
-    p = known[name]
+    p = by_name[name]
     default = "" if p.default is None else f", {p.default:g}"
     return Cell(f"{p.unit}{default}: {p.meaning}")
 

@@ -101,7 +101,7 @@ class Writer:
             if home is None:
                 desired.append(item)
             else:
-                stored.append(self._kept(replace(item.as_made().row, occurrence=home)))
+                stored.append(self._kept_point(replace(item.as_made().row, occurrence=home)))
         used = {row.entity for row in (*inserted, *lost, *(w.row for w in desired)) if row.entity}
         self._remove(before, used)
         self._write_points(desired)
@@ -120,7 +120,7 @@ class Writer:
             set_attribute(self._design, POINTS, kept_points_text(stored, items), "the design")
         self._lists.keep_texts()
 
-    def _kept(self, row: PointRow) -> KeptPoint:
+    def _kept_point(self, row: PointRow) -> KeptPoint:
         """Return a point to store in the design."""
         home = self._homes.occurrences.get(row.occurrence)
         return replace(kept_point(row, home, row.occurrence), use=self._homes.use(row))

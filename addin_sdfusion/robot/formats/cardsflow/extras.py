@@ -105,10 +105,10 @@ def _loop_end(node: Node | None) -> tuple[str, Pose]:
 def _with_ends(robot: Robot, plugins: Sequence[Node]) -> Robot:
     ends: dict[str, Vector3] = {}
     names = [link.name for link in robot.links]
-    known = set(names)
+    known_names = set(names)
     for node in _children(plugins, "link_end"):
         name = node.attribute("link")
-        if name not in known:
+        if name not in known_names:
             node.error("unknown-link", f"<link_end>: {unknown('link', name, names)}")
         ends[name] = node.vector3()
     links = tuple(replace(link, end=ends.get(link.name)) for link in robot.links)
@@ -187,9 +187,9 @@ def _outline(muscle: Muscle) -> tuple[object, ...]:
 
 
 def _require_cable_set(chosen: str, robot: Robot, model: Node) -> None:
-    known = [cable_set.name for cable_set in robot.cable_sets]
-    if chosen not in known:
-        raise UnknownNameError("cable set", chosen, known, file=model.file)
+    names = [cable_set.name for cable_set in robot.cable_sets]
+    if chosen not in names:
+        raise UnknownNameError("cable set", chosen, names, file=model.file)
 
 
 def _with_named_task_sets(robot: Robot, nodes: Sequence[Node]) -> Robot:

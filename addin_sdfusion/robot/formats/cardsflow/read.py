@@ -55,12 +55,12 @@ class MuscleReader:
     def __init__(self, links: Sequence[str], surfaces: Sequence[WrapSurface] = ()) -> None:
         self.surfaces = list(surfaces)
         self._links = [WORLD, *links]
-        self._known = set(self._links)
+        self._link_names = set(self._links)
         folded = Counter(name.casefold() for name in self._links)
         self._folded = {n.casefold(): n for n in self._links if folded[n.casefold()] == 1}
         self._names: dict[WrapSurface, list[str]] = {}
-        self._taken = {surface.name for surface in surfaces}
-        self._made: Counter[str] = Counter()
+        self._used_names = {surface.name for surface in surfaces}
+        self._copies: Counter[str] = Counter()
         for surface in surfaces:
             self._names.setdefault(_without_name(surface), []).append(surface.name)
 
@@ -104,7 +104,7 @@ class MuscleReader:
 
     def _steps(self, block: Node) -> Iterator[_Step]:
         link = block.attribute("name")
-        if block.has("name") and link not in self._known:
+        if block.has("name") and link not in self._link_names:
             nearest = self._folded.get(link.casefold())
             if nearest is None:
                 problem = f"via point on {unknown('link', link, self._links)}"
@@ -149,16 +149,16 @@ class MuscleReader:
         if names and named in ("", *names):
             return named or names[0]
         names.append(named or self._free_name(f"{step.link}_{shape}"))
-        self._taken.add(names[-1])
+        self._used_names.add(names[-1])
         self.surfaces.append(replace(new, name=names[-1]))
         return names[-1]
 
     def _free_name(self, base: str) -> str:
         """Return the base name, or the base name with the first number that makes it unique."""
         name = base
-        while name in self._taken:
-            self._made[base] += 1
-            name = f"{base}_{self._made[base] + 1}"
+        while name in self._used_names:
+            self._copies[base] += 1
+            name = f"{base}_{self._copies[base] + 1}"
         return name
 
 
@@ -257,12 +257,12 @@ def _local_friction(node: Node) -> float | None:
     return node.number_attribute("friction") if node.has("friction") else None
 
 
-def _known_word(node: Node, name: str, known: tuple[str, ...]) -> str:
+def _known_word(node: Node, name: str, allowed: tuple[str, ...]) -> str:
     """Return the word in an attribute; the first known word if the attribute is not set."""
-    word = node.attribute(name, known[0])
-    if word not in known:
-        node.error("bad-word", f"unknown {name} {short_repr(word)}; known: {', '.join(known)}")
-        return known[0]
+    word = node.attribute(name, allowed[0])
+    if word not in allowed:
+        node.error("bad-word", f"unknown {name} {short_repr(word)}; known: {', '.join(allowed)}")
+        return allowed[0]
     return word
 
 

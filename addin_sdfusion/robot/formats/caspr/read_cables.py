@@ -112,11 +112,11 @@ def _model(tag: str, properties: Node) -> CableModel:
     """Return the muscle law from the properties of a cable."""
     cable = CASPR_CABLES[tag]
     forces = () if cable.kind == "passive_spring" else FORCES
-    known = [*forces, *(item.tag for item in cable.properties)]
+    tags = [*forces, *(item.tag for item in cable.properties)]
     for child in properties.all():
-        if child.tag not in known:
+        if child.tag not in tags:
             problem = f"<{child.tag}> is not a property of <{tag}>; ignored"
-            child.warning("unknown-property", f"{problem} (known: {', '.join(known)})")
+            child.warning("unknown-property", f"{problem} (known: {', '.join(tags)})")
     parameters = [
         (item.name(k), value)
         for item in cable.properties

@@ -144,8 +144,8 @@ def _find_element(groups: dict[Space, list[Node]], name: str, space: Space, file
         if nodes:
             problem = f"trajectory {name!r} is in {other} space, not in {space} space"
             raise InputError(problem, file=file, line=nodes[0].line)
-    known = [node.attribute("id", "") for node in groups[space]]
-    raise UnknownNameError(f"{space} trajectory", name, known, file=file)
+    names = [node.attribute("id", "") for node in groups[space]]
+    raise UnknownNameError(f"{space} trajectory", name, names, file=file)
 
 
 def _trajectory(node: Node, space: Space) -> Trajectory:
@@ -198,8 +198,8 @@ def _points(node: Node, spline: Spline, letter: str) -> tuple[TrajectoryPoint, .
     for i, item in enumerate(items):
         before = points[-1].time if points else None
         inner = 0 < i < len(items) - 1
-        known = 0 if node.tag == AVERAGE and inner else CASPR_DERIVATIVES[spline]
-        tags = [letter + ending for ending in ("", "_dot", "_ddot")[: known + 1]]
+        derivatives = 0 if node.tag == AVERAGE and inner else CASPR_DERIVATIVES[spline]
+        tags = [letter + ending for ending in ("", "_dot", "_ddot")[: derivatives + 1]]
         q, qd, qdd = ([_vector(item, tag, size) for tag in tags] + [(), ()])[:3]
         points.append(TrajectoryPoint(_time(item, before, definition), q, qd, qdd))
     if node.tag == AVERAGE:

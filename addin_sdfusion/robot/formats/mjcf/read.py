@@ -80,8 +80,8 @@ def read_mjcf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
 def _robot(document: Document, compiled: Compiled) -> Robot:
     joints = with_couplings(read_joints(document, compiled), document, compiled)
     reader = MuscleReader(document, compiled, joints)
-    muscles, known = reader.read()
-    joints = [replace(j, coordinates=tuple(known[c.name] for c in j.coordinates)) for j in joints]
+    muscles, by_name = reader.read()
+    joints = [replace(j, coordinates=tuple(by_name[c.name] for c in j.coordinates)) for j in joints]
     links = [_link(document, compiled, number) for number in range(1, len(compiled.bodies))]
     _note_missing_masses(document, compiled, joints)
     _note_omitted(document, compiled)

@@ -28,7 +28,7 @@ CONNECT, WELD = "connect", "weld"
 
 def with_couplings(joints: Sequence[Joint], document: Document, compiled: Compiled) -> list[Joint]:
     """Return the joints with coordinates coupled or locked by joint equalities."""
-    known = {c.name: c for joint in joints for c in joint.coordinates}
+    coordinates = {c.name: c for joint in joints for c in joint.coordinates}
     coupled: list[Node] = []
     for row in compiled.equalities:
         node = document.node_at(row["line"])
@@ -36,16 +36,16 @@ def with_couplings(joints: Sequence[Joint], document: Document, compiled: Compil
             continue
         if row["type"] != "joint":
             note_equality(node)
-        elif _couple(row, node, compiled, known):
+        elif _couple(row, node, compiled, coordinates):
             coupled.append(node)
     _note_exact(coupled, "joints")
     return [
-        replace(joint, coordinates=tuple(known[c.name] for c in joint.coordinates))
+        replace(joint, coordinates=tuple(coordinates[c.name] for c in joint.coordinates))
         for joint in joints
     ]
 
 
-def _couple(row: Row, node: Node, compiled: Compiled, known: dict[str, Coordinate]) -> bool:
+def _couple(row: Row, node: Node, compiled: Compiled, by_name: dict[str, Coordinate]) -> bool:
     """Couple joint 1 to joint 2, or lock it; return whether this succeeded.
 
     q1 - ref1 = c0 + c1 (q2 - ref2) + ... + c4 (q2 - ref2)⁴, or c0 if joint 2 is not set.
@@ -53,23 +53,25 @@ def _couple(row: Row, node: Node, compiled: Compiled, known: dict[str, Coordinat
     first = compiled.joints[row["obj1id"]]["name"]
     second = compiled.joints[row["obj2id"]]["name"] if row["obj2id"] >= 0 else ""
     for name in (first, second) if second else (first,):
-        if name not in known:
-            node.error("unknown-coordinate", unknown("joint of one coordinate", name, list(known)))
+        if name not in by_name:
+            node.error(
+                "unknown-coordinate", unknown("joint of one coordinate", name, list(by_name))
+            )
             return False
-    c, powers = known[first], row["data"][:5]
+    c, powers = by_name[first], row["data"][:5]
     if c.coupling or c.locked:
         problem = f"{first!r} is already coupled or locked; omitted"
         node.warning("equality-left-out", problem)
         return False
     if not second:
-        known[first] = replace(c, locked=True, initial=c.initial + powers[0])
+        by_name[first] = replace(c, locked=True, initial=c.initial + powers[0])
         return True
-    shifted = list(taylor(powers, -known[second].initial))
+    shifted = list(taylor(powers, -by_name[second].initial))
     while len(shifted) > 1 and shifted[-1] == 0.0:
         shifted.pop()
     function = Polynomial((shifted[0] + c.initial, *shifted[1:]))
     open_ = replace(c, lower=-math.inf, upper=math.inf, actuated=False)
-    known[first] = replace(open_, coupling=(Term(second, function),))
+    by_name[first] = replace(open_, coupling=(Term(second, function),))
     return True
 
 

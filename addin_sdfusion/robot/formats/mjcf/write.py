@@ -103,10 +103,10 @@ def _control_range(low: float, high: float) -> dict[str, str]:
 
 
 def _initial(robot: Robot, root: ElementTree.Element) -> None:
-    known = all_values(robot, {c.name: c.initial for c in robot.coordinates})
+    initial = all_values(robot, {c.name: c.initial for c in robot.coordinates})
     values = []
     for motion_joint in coordinate_order(robot):
-        q = known[motion_joint.coordinate.name]
+        q = initial[motion_joint.coordinate.name]
         values.append(q if motion_joint.is_home else motion_joint.motion.displacement(q))
     if values:
         element(element(root, "keyframe"), "key", name="initial", qpos=numbers(values))

@@ -156,11 +156,11 @@ class CellReader:
             return None
         return number
 
-    def word(self, key: str, text: str, known: Sequence[str]) -> bool:
+    def word(self, key: str, text: str, allowed: Sequence[str]) -> bool:
         """Return whether a word is known; report an error otherwise."""
-        if text not in known:
-            self.error(f"bad-{key}", f"{key} must be one of {', '.join(known)}, not {text!r}")
-        return text in known
+        if text not in allowed:
+            self.error(f"bad-{key}", f"{key} must be one of {', '.join(allowed)}, not {text!r}")
+        return text in allowed
 
     def place(self, cells: Cells) -> tuple[str, Vector3] | None:
         """Return link and position, or None after an error."""

@@ -46,7 +46,7 @@ class MuscleLines:
     muscles: dict[str, dict[str, Any]] = field(default_factory=dict)
     first_lines: dict[str, int] = field(default_factory=dict)
     points: dict[str, dict[int, PointLine]] = field(default_factory=dict)
-    _given: dict[str, dict[str, str]] = field(default_factory=dict)
+    _properties: dict[str, dict[str, str]] = field(default_factory=dict)
     _next: dict[str, int] = field(default_factory=dict)
 
     def read(self, name: str, cells: Cells) -> None:
@@ -73,7 +73,7 @@ class MuscleLines:
     def _read_properties(self, name: str, cells: Cells, keys: tuple[str, ...]) -> None:
         """Read properties of a muscle; they must be equal in all of its lines."""
         new = {key: cells[key] for key in keys if cells.get(key)}
-        before = self._given.setdefault(name, {})
+        before = self._properties.setdefault(name, {})
         values = self.muscles.setdefault(name, {})
         for key, text in new.items():
             if before.get(key, text) != text:

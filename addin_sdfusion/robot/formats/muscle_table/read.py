@@ -52,8 +52,8 @@ class MuscleTableReading:
 
 def read_table(data: bytes, links: Collection[str], file: Path) -> MuscleTableReading:
     """Read a muscles.csv."""
-    known = [column.partition(" ")[0] for column in COLUMNS]
-    cells = CellReader(file, known, _REQUIRED, links, _HINT)
+    columns = [column.partition(" ")[0] for column in COLUMNS]
+    cells = CellReader(file, columns, _REQUIRED, links, _HINT)
     reader = _Reader(cells, MuscleLines(cells))
     for k, line in enumerate(cells.lines(data)):
         if k == XML_ELEMENTS:
@@ -144,8 +144,8 @@ class _Reader:
 
     def _choice(self, key: str, cells: Cells, options: Mapping[str, Value]) -> Value | None:
         text = cells.get(key, "")
-        known = [option for option in options if option]
-        return options[text] if not text or self.cells.word(key, text, known) else None
+        words = [option for option in options if option]
+        return options[text] if not text or self.cells.word(key, text, words) else None
 
     def document(self) -> MuscleDocument:
         """Return the contents; report wraps of unknown muscles and after unknown points."""

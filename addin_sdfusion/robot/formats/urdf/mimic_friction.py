@@ -16,11 +16,11 @@ def with_leading_friction(joints: Sequence[Joint], node: Node) -> list[Joint]:
     The dissipated power is the same: friction f of a joint that moves k times as fast as its
     leading joint equals friction |k| f of the leading joint.
     """
-    known = {c.name: c for joint in joints for c in joint.coordinates}
-    friction = dict.fromkeys(known, 0.0)
+    coordinates = {c.name: c for joint in joints for c in joint.coordinates}
+    friction = dict.fromkeys(coordinates, 0.0)
     moved = []
-    for c in known.values():
-        leader, ratio = _leader(c, known)
+    for c in coordinates.values():
+        leader, ratio = _leader(c, coordinates)
         friction[leader] += ratio * c.friction
         if leader != c.name and c.friction:
             moved.append(c.name)
@@ -38,18 +38,18 @@ def with_leading_friction(joints: Sequence[Joint], node: Node) -> list[Joint]:
     ]
 
 
-def _leader(coordinate: Coordinate, known: dict[str, Coordinate]) -> tuple[str, float]:
+def _leader(coordinate: Coordinate, coordinates: dict[str, Coordinate]) -> tuple[str, float]:
     """Return the coordinate that drives one, and the magnitude of the ratio of their velocities.
 
     A coordinate that follows an unknown one, or itself, is its own leader.
     """
     ratio, at = 1.0, coordinate
-    for _ in known:
+    for _ in coordinates:
         if len(at.coupling) != 1:
             break
         (term,) = at.coupling
-        if term.coordinate not in known or not isinstance(term.function, Polynomial):
+        if term.coordinate not in coordinates or not isinstance(term.function, Polynomial):
             return coordinate.name, 1.0
         ratio *= abs(term.function.coefficients[1])
-        at = known[term.coordinate]
+        at = coordinates[term.coordinate]
     return (at.name, ratio) if not at.coupling else (coordinate.name, 1.0)

@@ -10,13 +10,13 @@ COMMAND_INTERFACES = ("effort", "velocity", "position")
 
 def motor_joints(robot: Node) -> set[str]:
     """Return the names of the joints with a motor; report motors of unknown joints."""
-    known = {joint.attribute("name", "") for joint in robot.all("joint")}
+    joint_names = {joint.attribute("name", "") for joint in robot.all("joint")}
     named = [*_of_transmissions(robot), *_of_ros2(robot)]
     for node in named:
-        if node.attribute("name") not in known:
+        if node.attribute("name") not in joint_names:
             problem = f"<{node.tag}>: unknown joint {node.attribute('name', '')!r}"
             node.warning("unknown-joint", f"{problem}; its motor is omitted")
-    return {name for node in named if (name := node.attribute("name", "")) in known}
+    return {name for node in named if (name := node.attribute("name", "")) in joint_names}
 
 
 def _of_transmissions(robot: Node) -> list[Node]:

@@ -174,13 +174,13 @@ class MuscleLawDefinition(NamedTuple):
         Args:
             values: All parameters, within their bounds.
         """
-        known = dict(values)
+        scope = dict(values)
         try:
             for step in self.rules:
                 if isinstance(step, Term):
-                    known[step.name] = evaluate(step.formula, known)
-                elif not evaluate(step.condition, known):
-                    named = (f"{name} = {known[name]!r}" for name in formula_names(step.condition))
+                    scope[step.name] = evaluate(step.formula, scope)
+                elif not evaluate(step.condition, scope):
+                    named = (f"{name} = {scope[name]!r}" for name in formula_names(step.condition))
                     return f"{step.text}; here {', '.join(named)}"
         except (ArithmeticError, ValueError):
             return "parameters are too small or too large: a quotient is not finite"

@@ -53,22 +53,22 @@ def coordinate_ranges(nodes: Sequence[Node]) -> dict[str, tuple[float, float]]:
 
 def with_couplings(joints: Sequence[Joint], constraints: Sequence[Node]) -> list[Joint]:
     """Return the joints with the couplings of couplers."""
-    known = {c.name: c for joint in joints for c in joint.coordinates}
+    coordinates = {c.name: c for joint in joints for c in joint.coordinates}
     for node in constraints:
         if node.tag == COUPLER and is_true(node, "isEnforced", True):
-            _couple(node, known)
+            _couple(node, coordinates)
     return [
-        replace(joint, coordinates=tuple(known[c.name] for c in joint.coordinates))
+        replace(joint, coordinates=tuple(coordinates[c.name] for c in joint.coordinates))
         for joint in joints
     ]
 
 
-def _couple(node: Node, known: dict[str, Coordinate]) -> None:
+def _couple(node: Node, coordinates: dict[str, Coordinate]) -> None:
     dependent = last_part(text(node, "dependent_coordinate_name"))
     names = [last_part(word) for word in text(node, "independent_coordinate_names").split()]
     for name in (dependent, *names):
-        if name not in known:
-            problem = f"<{COUPLER}>: {unknown('coordinate', name, list(known))}"
+        if name not in coordinates:
+            problem = f"<{COUPLER}>: {unknown('coordinate', name, list(coordinates))}"
             node.error("unknown-coordinate", problem)
             return
     function = inner_element(node, "coupled_coordinates_function")
@@ -79,7 +79,7 @@ def _couple(node: Node, known: dict[str, Coordinate]) -> None:
     terms = tuple(
         Term(name or names[0], scaled(f, factor)) for name, f in read_terms(function, names)
     )
-    coordinate = known[dependent]
+    coordinate = coordinates[dependent]
     if coordinate.locked or coordinate.coupling:
         state = "locked" if coordinate.locked else "coupled by an earlier one"
         node.warning(
@@ -87,4 +87,4 @@ def _couple(node: Node, known: dict[str, Coordinate]) -> None:
         )
         return
     lower, upper = -math.inf, math.inf  # the limits of the leading coordinates apply
-    known[dependent] = replace(coordinate, lower=lower, upper=upper, coupling=terms)
+    coordinates[dependent] = replace(coordinate, lower=lower, upper=upper, coupling=terms)

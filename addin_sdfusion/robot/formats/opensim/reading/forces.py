@@ -16,7 +16,7 @@ Change = Callable[[Node, Coordinate], Coordinate]
 
 def with_joint_forces(joints: Sequence[Joint], forces: Sequence[Node]) -> list[Joint]:
     """Return the joints with the forces at their coordinates; report unsupported forces."""
-    known = {c.name: c for joint in joints for c in joint.coordinates}
+    coordinates = {c.name: c for joint in joints for c in joint.coordinates}
     left: dict[str, list[Node]] = {}
     for node in forces:
         if not is_true(node, "appliesForce", True):
@@ -25,17 +25,17 @@ def with_joint_forces(joints: Sequence[Joint], forces: Sequence[Node]) -> list[J
             left.setdefault(node.tag, []).append(node)
             continue
         name = last_part(text(node, "coordinate"))
-        if name not in known:
-            problem = f"<{node.tag}>: {unknown('coordinate', name, list(known))}"
+        if name not in coordinates:
+            problem = f"<{node.tag}>: {unknown('coordinate', name, list(coordinates))}"
             node.error("unknown-coordinate", problem)
         else:
-            known[name] = CHANGES[node.tag](node, known[name])
+            coordinates[name] = CHANGES[node.tag](node, coordinates[name])
     for tag, nodes in left.items():
         names = ", ".join(repr(node.attribute("name", "")) for node in nodes[:10])
         problem = f"<{tag}> is not supported; {len(nodes)} omitted: {names}"
         nodes[0].warning("force-left-out", problem)
     return [
-        replace(joint, coordinates=tuple(known[c.name] for c in joint.coordinates))
+        replace(joint, coordinates=tuple(coordinates[c.name] for c in joint.coordinates))
         for joint in joints
     ]
 

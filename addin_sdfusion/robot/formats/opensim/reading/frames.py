@@ -63,8 +63,8 @@ class Frames:
             return WORLD, IDENTITY
         place = self._place(self._path(socket.text, owner))
         if place is None:
-            known = [*self.bodies, *self._by_name]
-            socket.error("unknown-frame", f"<{tag}>: {unknown('frame', socket.text, known)}")
+            names = [*self.bodies, *self._by_name]
+            socket.error("unknown-frame", f"<{tag}>: {unknown('frame', socket.text, names)}")
             return WORLD, IDENTITY
         return place
 

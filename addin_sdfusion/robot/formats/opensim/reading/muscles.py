@@ -118,10 +118,10 @@ def _parameters(node: Node) -> Iterator[tuple[str, float]]:
             values |= {} if child is None else _read_properties(child, names)
     law = {p.name: p.default for p in MUSCLE_LAWS[kind].parameters}
     complete = {name: values.get(name, default) for name, default in law.items()}
-    known = {name: value for name, value in complete.items() if value is not None}
+    parameters = {name: value for name, value in complete.items() if value is not None}
     if kind == "hill_millard2012":
-        known |= _implied_stiffnesses(known)
-    for name, value in opensim_parameters(kind, known).items():
+        parameters |= _implied_stiffnesses(parameters)
+    for name, value in opensim_parameters(kind, parameters).items():
         if value != law[name]:
             yield name, value
 

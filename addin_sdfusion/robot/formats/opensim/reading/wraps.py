@@ -91,9 +91,9 @@ def _quadrant(node: Node) -> Quadrant:
     """Return the quadrant of a wrap object; `x` means `+x`."""
     word = text(node, "quadrant", "all").lower()
     word = f"+{word}" if word in ("x", "y", "z") else word
-    known: Sequence[str] = get_args(Quadrant)
-    if word not in known:
-        problem = f"unknown quadrant {short_repr(word)}; known: {', '.join(known)}"
+    quadrants: Sequence[str] = get_args(Quadrant)
+    if word not in quadrants:
+        problem = f"unknown quadrant {short_repr(word)}; known: {', '.join(quadrants)}"
         node.error("bad-word", problem)
         return "all"
     return cast(Quadrant, word)
