@@ -10,6 +10,7 @@ from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import Robot, read_robot
 from cardsflow_fmu.results.analysis.redundancy.over_time import optimise_activations
+from cardsflow_fmu.results.analysis.redundancy.static import static_optimisation
 from controllers.analysis.inverse_dynamics import Motion, motion_terms
 from controllers.arrays import FloatArray
 from controllers.force_distribution.over_time.chains import ChainEquations, MuscleChains
@@ -168,6 +169,16 @@ def test_two_synergists_share_a_constant_torque_in_closed_form() -> None:
         np.testing.assert_allclose(
             found.activations[N // 2], tau * share / (gain @ share), rtol=2e-3
         )
+
+
+def test_slow_motion_has_the_cost_of_static_optimisation() -> None:
+    """With rigid tendons, and activations that change slowly."""
+    robot, motion = with_parameters(ARM, elastic_tendon=0.0, fibre_damping=0.0), waving(30, 20.0)
+    static = static_optimisation(robot, motion, passive=True)
+    found = optimise_activations(robot, motion)
+    costs = [np.square(own.activations).sum() for own in (static, found)]
+    assert costs[1] == pytest.approx(costs[0], rel=0.01)
+    assert costs[0] > 0.1
 
 
 @pytest.mark.parametrize("elastic", [0.0, 1.0])
