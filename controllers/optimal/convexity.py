@@ -105,8 +105,8 @@ def convexify(
         rest = (half / values) @ half.T
         V = moved[k] = M[ss] - rest
         convex[k][ss] = rest
-    own = np.ix_(s[free], s[free])
-    convex[0][own] += positive_part(V[np.ix_(free, free)])
+    at_start = np.ix_(s[free], s[free])
+    convex[0][at_start] += positive_part(V[np.ix_(free, free)])
     return ConvexStages(convex, gradients, moved)
 
 

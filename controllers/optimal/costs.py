@@ -76,14 +76,14 @@ class Costs:
         controls = ((u - self.control_target) ** 2 @ self.controls).sum()
         rates = (np.diff(u, axis=0) ** 2 @ self.rates).sum()
         rates += (np.diff(x, axis=0) ** 2 * self.state_rates).sum()
-        own = sum(self._shares(each, T, len(u)) @ each.value(x[each.nodes]) for each in self.nodes)
-        return float(h * (states + controls) + rates / h + self.time * T + own)
+        of_nodes = sum(self._shares(c, T, len(u)) @ c.value(x[c.nodes]) for c in self.nodes)
+        return float(h * (states + controls) + rates / h + self.time * T + of_nodes)
 
-    def _shares(self, own: NodeCost, T: float, count: int) -> FloatArray:
+    def _shares(self, cost: NodeCost, T: float, count: int) -> FloatArray:
         """Return the factors of the cost at the nodes of a cost, shape (k,)."""
-        if own.is_integral:
-            return np.asarray(_trapezoid(count)[own.nodes] * (T / count))
-        return np.ones(len(own.nodes))
+        if cost.is_integral:
+            return np.asarray(_trapezoid(count)[cost.nodes] * (T / count))
+        return np.ones(len(cost.nodes))
 
     def terms(self, x: FloatArray, u: FloatArray, T: float) -> CostTerms:
         """Return gradient and Hessian at states x, controls u and duration T."""
@@ -103,11 +103,11 @@ class Costs:
         gt = integral / count - rates + self.time
         tt = (integral / count + rates) / (2.0 * T)
         dense = np.zeros((count + 1, x.shape[1], x.shape[1]))
-        for own in self.nodes:
-            at, factors = x[own.nodes], self._shares(own, T, count)
-            gx[own.nodes] += factors[:, None] * own.gradient(at)
-            dense[own.nodes] += factors[:, None, None] * own.hessian(at)
-            gt += factors @ own.value(at) / T if own.is_integral else 0.0
+        for cost in self.nodes:
+            at, factors = x[cost.nodes], self._shares(cost, T, count)
+            gx[cost.nodes] += factors[:, None] * cost.gradient(at)
+            dense[cost.nodes] += factors[:, None, None] * cost.hessian(at)
+            gt += factors @ cost.value(at) / T if cost.is_integral else 0.0
         k = np.arange(x.shape[1])
         xx = xx + dense[:, k, k]
         dense[:, k, k] = 0.0
@@ -128,11 +128,11 @@ def _add_rates(
         T: Duration.
         terms: Gradient, Hessian, and coupling with the duration, shape (k, r).
     """
-    step, (g, own, t) = np.diff(values, axis=0), terms
+    step, (g, H, t) = np.diff(values, axis=0), terms
     g[1:] += rate * step
     g[:-1] -= rate * step
-    own[1:] += rate
-    own[:-1] += rate
+    H[1:] += rate
+    H[:-1] += rate
     t[1:] -= rate * step / (2.0 * T)
     t[:-1] += rate * step / (2.0 * T)
     return np.broadcast_to(-rate, step.shape), float(0.5 * (rate * step**2).sum())

@@ -33,33 +33,33 @@ class Stage(NamedTuple):
     x: FloatArray = _UNKNOWN
 
 
-def riccati_step(own: Stage, P: FloatArray) -> tuple[FloatArray, FloatArray]:
+def riccati_step(stage: Stage, P: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the gain K of an interval, u = -K x, and the weight of the states at its start.
 
     Args:
-        own: The interval.
+        stage: The interval.
         P: Weight of the states at its end, shape (nx, nx).
     """
-    B = own.B
-    K = np.asarray(np.linalg.solve(np.diag(own.R) + B.T @ P @ B, B.T @ P @ own.A))
-    start = np.asarray(own.Q + own.A.T @ P @ (own.A - B @ K), dtype=np.float64)
+    B = stage.B
+    K = np.asarray(np.linalg.solve(np.diag(stage.R) + B.T @ P @ B, B.T @ P @ stage.A))
+    start = np.asarray(stage.Q + stage.A.T @ P @ (stage.A - B @ K), dtype=np.float64)
     return K, 0.5 * (start + start.T)
 
 
-def stationary_gain(own: Stage) -> tuple[FloatArray, FloatArray] | None:
+def stationary_gain(stage: Stage) -> tuple[FloatArray, FloatArray] | None:
     """Return the gain and the weight of the states for infinitely many equal intervals.
 
     Returns:
         The gain, shape (nu, nx), and the weight, shape (nx, nx); None if the controls do not
         stabilise the robot.
     """
-    P, last = own.Q, np.full(own.B.T.shape, np.inf)
+    P, last = stage.Q, np.full(stage.B.T.shape, np.inf)
     for _ in range(_MAX_STEPS):
-        K, P = riccati_step(own, P)
+        K, P = riccati_step(stage, P)
         if not np.isfinite(P).all():
             return None
         if abs(K - last).max(initial=0.0) <= _CONVERGED * max(abs(K).max(initial=0.0), 1e-300):
-            is_stable = abs(np.linalg.eigvals(own.A - own.B @ K)).max() < 1.0
+            is_stable = abs(np.linalg.eigvals(stage.A - stage.B @ K)).max() < 1.0
             return (K, P) if is_stable else None
         last = K
     return None
@@ -93,26 +93,26 @@ def stages(
     R = np.maximum(R, _MIN_WEIGHT * largest / size**2)
     nodes = (terms.xx[:, :, None] * np.eye(at.x.shape[1]) + terms.dense) / parts
     Q = nodes[:-1] + np.diag(largest / deviations**2)
-    found = []
+    rows_of_parts = []
     for _ in range(parts):
         part = problem.dynamics.run(starts, u, lengths, True, at.parameters)
         if part is None:
             return []
         rows = zip(part.A, part.B, Q, starts, strict=True)
-        found.append([Stage(A, B, cost, R, x) for A, B, cost, x in rows])
+        rows_of_parts.append([Stage(A, B, cost, R, x) for A, B, cost, x in rows])
         starts = part.ends
-    return [stage for interval in zip(*found, strict=True) for stage in interval]
+    return [stage for interval in zip(*rows_of_parts, strict=True) for stage in interval]
 
 
-def gains_along(own: list[Stage], P: FloatArray) -> FloatArray:
+def gains_along(stages: list[Stage], P: FloatArray) -> FloatArray:
     """Return the gains of all intervals, shape (N, nu, nx), u = u* - K (x - x*).
 
     Args:
-        own: The intervals.
+        stages: The intervals.
         P: Weight of the states after the last interval, shape (nx, nx).
     """
-    found = []
-    for stage in reversed(own):
+    gains = []
+    for stage in reversed(stages):
         K, P = riccati_step(stage, P)
-        found.append(K)
-    return np.array(found[::-1])
+        gains.append(K)
+    return np.array(gains[::-1])

@@ -37,8 +37,8 @@ class LinearConstraint:
 
     def value(self, x: FloatArray, u: FloatArray, T: float) -> FloatArray:
         """Return the values of the rows, shape (r,)."""
-        found: FloatArray = self.states @ x.ravel() + self.controls @ u.ravel() + self.duration * T
-        return found
+        values: FloatArray = self.states @ x.ravel() + self.controls @ u.ravel() + self.duration * T
+        return values
 
 
 def limited_rates(

@@ -50,8 +50,8 @@ def squares(
     """
 
     def value(x: FloatArray) -> FloatArray:
-        found: FloatArray = (evaluate(x)[0] - target) ** 2 @ weights
-        return found
+        costs: FloatArray = (evaluate(x)[0] - target) ** 2 @ weights
+        return costs
 
     def gradient(x: FloatArray) -> FloatArray:
         g, J = evaluate(x)

@@ -195,15 +195,15 @@ class OptimalProblem:
 
         Parameters that the iterate lacks are nominal.
         """
-        own = self.parameters
-        p = iterate.parameters if len(iterate.parameters) else own.nominal
+        parameters = self.parameters
+        p = iterate.parameters if len(iterate.parameters) else parameters.nominal
         x = iterate.x.copy()
         x[0] = np.clip(x[0], self.x_low[0], self.x_high[0])
         return Iterate(
             x,
             np.clip(iterate.u, self.u_low, self.u_high),
             float(np.clip(iterate.duration, *self.duration)),
-            np.clip(p, own.low, own.high),
+            np.clip(p, parameters.low, parameters.high),
         )
 
 

@@ -33,7 +33,7 @@ def solve_relaxed(
     select = csc_matrix((np.ones(equal), places), shape=(len(qp.b), equal))
     bounds = csr_matrix(identity(n))[bounded]
     A = csc_matrix(hstack([qp.A, select, -select, csc_matrix((len(qp.b), 2 * rows))]))
-    own = [vstack([qp.C, bounds]), csc_matrix((rows, 2 * equal)), identity(rows), -identity(rows)]
+    C = [vstack([qp.C, bounds]), csc_matrix((rows, 2 * equal)), identity(rows), -identity(rows)]
     extra = 2 * (equal + rows)
     lb, ub = qp.lb.copy(), qp.ub.copy()
     lb[bounded], ub[bounded] = -np.inf, np.inf
@@ -42,11 +42,11 @@ def solve_relaxed(
         np.concatenate([qp.g, np.full(extra, weight)]),
         A,
         qp.b,
-        csc_matrix(hstack(own)),
+        csc_matrix(hstack(C)),
         np.concatenate([qp.low, qp.lb[bounded]]),
         np.concatenate([qp.high, qp.ub[bounded]]),
         np.concatenate([lb, np.zeros(extra)]),
         np.concatenate([ub, np.full(extra, np.inf)]),
     )
-    found = solve_qp(relaxed, in_stages=False)
-    return QpSolution(found.d[:n], found.y, found.is_solved)
+    solution = solve_qp(relaxed, in_stages=False)
+    return QpSolution(solution.d[:n], solution.y, solution.is_solved)

@@ -49,13 +49,13 @@ class StageHessian:
         width = len(self._scale)
         blocks = np.zeros((N + 1, width, width))
         blocks[:, :nx, :nx] = t.dense
-        own = np.einsum("kii->ki", blocks)  # a view of the diagonals
-        own[:, :nx] += t.xx
-        own[:N, nx:nz] = t.uu
-        own[:, :nz] -= self._of_rates(t)
-        own[0, nz : nz + len(weights)] = 2.0 * weights
+        diagonals = np.einsum("kii->ki", blocks)  # a view of the diagonals
+        diagonals[:, :nx] += t.xx
+        diagonals[:N, nx:nz] = t.uu
+        diagonals[:, :nz] -= self._of_rates(t)
+        diagonals[0, nz : nz + len(weights)] = 2.0 * weights
         if self._problem.is_free_time:
-            own[0, -1] = t.tt
+            diagonals[0, -1] = t.tt
             blocks[:, :nx, -1] = blocks[:, -1, :nx] = t.xt
             blocks[:N, nx:nz, -1] = blocks[:N, -1, nx:nz] = t.ut
         return np.asarray(blocks * (self._scale[:, None] * self._scale))
@@ -63,11 +63,11 @@ class StageHessian:
     def _of_rates(self, t: CostTerms) -> FloatArray:
         """Return the diagonals of the costs of rates, shape (N + 1, nx + nu)."""
         nx, nz = self._nx, self._width
-        own = np.zeros((self._N + 1, nz))
-        for couplings, part in ((t.xv, slice(0, nx)), (t.uv, slice(nx, nz))):
-            own[: len(couplings), part] -= couplings
-            own[1 : len(couplings) + 1, part] -= couplings
-        return own
+        diagonals = np.zeros((self._N + 1, nz))
+        for couplings, columns in ((t.xv, slice(0, nx)), (t.uv, slice(nx, nz))):
+            diagonals[: len(couplings), columns] -= couplings
+            diagonals[1 : len(couplings) + 1, columns] -= couplings
+        return diagonals
 
     def matrix(
         self, blocks: FloatArray, t: CostTerms, per_cost: float, damping: float
@@ -76,10 +76,10 @@ class StageHessian:
         N, nx, nz = self._N, self._nx, self._width
         scale = self._scale[:nz]
         blocks, squares = blocks.copy(), per_cost * scale**2
-        own = np.einsum("kii->ki", blocks)
-        own[:, :nz] += self._of_rates(t) * squares + damping
-        own[0, nz:] += damping
-        ng = own.shape[1] - nz
+        diagonals = np.einsum("kii->ki", blocks)
+        diagonals[:, :nz] += self._of_rates(t) * squares + damping
+        diagonals[0, nz:] += damping
+        ng = diagonals.shape[1] - nz
         across = np.concatenate([blocks[:N, :nz, nz:].reshape(N * nz, ng), blocks[N, :nx, nz:]])
         parts = [blocks[:N, :nz, :nz], blocks[N, :nx, :nx], across, across]
         parts += [blocks[:, nz:, nz:].sum(axis=0), *[t.uv * squares[nx:]] * 2]

@@ -70,11 +70,11 @@ class Transcription:
         self._fixed: BoolArray = problem.x_low == problem.x_high
         self._A = self._equality_pattern()
         self._hessian = StageHessian(problem, self._x, self._u, self._g, self._z_scale)
-        self._C = [self._constraint_pattern(own) for own in problem.constraints]
-        equal = [own.low == own.high for own in problem.constraints]
+        self._C = [self._constraint_pattern(c) for c in problem.constraints]
+        equal = [c.low == c.high for c in problem.constraints]
         self._is_equal = [np.tile(row, len(c.nodes)) for row, c in zip(equal, problem.constraints)]  # noqa: B905
-        self._is_equal += [own.low == own.high for own in problem.linear]
-        self._linear = [self._linear_rows(own) for own in problem.linear]
+        self._is_equal += [c.low == c.high for c in problem.linear]
+        self._linear = [self._linear_rows(c) for c in problem.linear]
 
     def _scales(self) -> None:
         problem = self.problem
@@ -111,30 +111,30 @@ class Transcription:
         columns.append(fixed)
         return SparsePattern(rows, columns, (N * nx + len(fixed), self.size))
 
-    def _constraint_pattern(self, own: NodeConstraint) -> SparsePattern:
-        count, r = len(own.nodes), len(own.low)
-        row, columns = np.arange(count * r).reshape(count, r, 1), self._x[own.nodes]
-        if own.shares is not None:
+    def _constraint_pattern(self, constraint: NodeConstraint) -> SparsePattern:
+        count, r = len(constraint.nodes), len(constraint.low)
+        row, columns = np.arange(count * r).reshape(count, r, 1), self._x[constraint.nodes]
+        if constraint.shares is not None:
             g = np.tile(self._g, (count, 1))
-            columns = np.concatenate([self._z[own.nodes], g], axis=1)
+            columns = np.concatenate([self._z[constraint.nodes], g], axis=1)
         shape = (count, r, columns.shape[1])
         rows, columns = np.broadcast_to(row, shape), np.broadcast_to(columns[:, None, :], shape)
         return SparsePattern([rows], [columns], (count * r, self.size))
 
-    def _linear_rows(self, own: LinearConstraint) -> csr_matrix:
+    def _linear_rows(self, constraint: LinearConstraint) -> csr_matrix:
         """Return the rows of a linear constraint for the scaled variables."""
-        parts = [(own.states, self._x.ravel()), (own.controls, self._u.ravel())]
+        parts = [(constraint.states, self._x.ravel()), (constraint.controls, self._u.ravel())]
         if self._has_time:
-            parts.append((csr_matrix(own.duration[:, None]), self._g[-1:]))
-        rows = csc_matrix((len(own.low), self.size))
-        for part, columns in parts:
+            parts.append((csr_matrix(constraint.duration[:, None]), self._g[-1:]))
+        rows = csc_matrix((len(constraint.low), self.size))
+        for matrix, columns in parts:
             ones, shape = np.ones(len(columns)), (len(columns), self.size)
-            rows = rows + part @ csr_matrix((ones, (np.arange(len(columns)), columns)), shape)
+            rows = rows + matrix @ csr_matrix((ones, (np.arange(len(columns)), columns)), shape)
         return csr_matrix(rows @ diags(self.scale))
 
-    def _values(self, at: Iterate, found: list[FloatArray]) -> list[FloatArray]:
+    def _values(self, at: Iterate, of_nodes: list[FloatArray]) -> list[FloatArray]:
         """Return the values of node constraints, followed by those of linear constraints."""
-        return found + [own.value(at.x, at.u, at.duration) for own in self.problem.linear]
+        return of_nodes + [c.value(at.x, at.u, at.duration) for c in self.problem.linear]
 
     def linearise(self, at: Iterate) -> Linearisation | None:
         """Return all terms at an iterate; None if a state diverged."""
@@ -142,40 +142,40 @@ class Transcription:
         intervals = problem.run(at)
         if intervals is None:
             return None
-        found = []
-        for own in problem.constraints:
-            pair = self._constraint(own, at)
+        pairs = []
+        for constraint in problem.constraints:
+            pair = self._constraint(constraint, at)
             if pair is None:
                 return None
-            found.append(pair)
+            pairs.append(pair)
         return Linearisation(
             intervals,
             intervals.ends - at.x[1:],
-            self._values(at, [values for values, _ in found]),
-            [jacobian for _, jacobian in found],
+            self._values(at, [values for values, _ in pairs]),
+            [jacobian for _, jacobian in pairs],
             problem.costs.terms(at.x, at.u, at.duration),
             problem.cost(at),
         )
 
     def _constraint(
-        self, own: NodeConstraint, at: Iterate, derivatives: bool = True
+        self, constraint: NodeConstraint, at: Iterate, derivatives: bool = True
     ) -> tuple[FloatArray, FloatArray] | None:
         """Return the values and derivatives of a constraint; None if a state diverged."""
-        if own.shares is None:
-            return own.evaluate(at.x[own.nodes])
-        parts = self.problem.run_inside(at, own.nodes, own.shares, derivatives)
+        if constraint.shares is None:
+            return constraint.evaluate(at.x[constraint.nodes])
+        parts = self.problem.run_inside(at, constraint.nodes, constraint.shares, derivatives)
         if parts is None:
             return None
-        values, jacobian = own.evaluate(parts.ends)
+        values, jacobian = constraint.evaluate(parts.ends)
         if derivatives:
-            by_globals = self._by_globals(parts, own.shares[:, None])
+            by_globals = self._by_globals(parts, constraint.shares[:, None])
             jacobian = jacobian @ np.concatenate([parts.A, parts.B, by_globals], axis=2)
         return values, jacobian
 
     def program(
         self,
         at: Iterate,
-        own: Linearisation,
+        linearised: Linearisation,
         damping: float,
         of_dynamics: FloatArray,
         positive: float,
@@ -187,26 +187,26 @@ class Transcription:
 
         Args:
             at: The iterate.
-            own: Terms at the iterate.
+            linearised: Terms at the iterate.
             damping: Number that is added to the diagonal of the Hessian, relative to `cost_scale`.
             of_dynamics: Hessians of the multiplied ends of the intervals by their scaled states,
                 controls and globals, shape (N, nz, nz).
             positive: Share of the positive part of `of_dynamics` that is used if the program is
                 convex with none of their shares.
         """
-        per_cost = 1.0 / self.cost_scale(own.terms)
-        g = self.gradient(at, own.terms) * per_cost
-        blocks, moved = self._hessian.blocks(own.terms) * per_cost, None
-        convex = self._with_dynamics(own, blocks, of_dynamics * per_cost)
+        per_cost = 1.0 / self.cost_scale(linearised.terms)
+        g = self.gradient(at, linearised.terms) * per_cost
+        blocks, moved = self._hessian.blocks(linearised.terms) * per_cost, None
+        convex = self._with_dynamics(linearised, blocks, of_dynamics * per_cost)
         if convex is not None:
             blocks, moved = convex.blocks, convex.moved
             g[self._z] += convex.gradients[:, : self._width]
             g[self._g] += convex.gradients[:, self._width :].sum(axis=0)
         elif positive:
             blocks[:-1] += positive * per_cost * positive_part(of_dynamics)
-        P = self._hessian.matrix(blocks, own.terms, per_cost, damping)
-        A, b = self._equalities(at, own)
-        C, low, high = self._inequalities(own)
+        P = self._hessian.matrix(blocks, linearised.terms, per_cost, damping)
+        A, b = self._equalities(at, linearised)
+        C, low, high = self._inequalities(linearised)
         equal = np.concatenate([*self._is_equal, np.empty(0, dtype=bool)])
         A = vstack([A, C[equal]], format="csc")
         b = np.concatenate([b, low[equal]])
@@ -215,33 +215,35 @@ class Transcription:
         return Program(qp, moved)
 
     def _with_dynamics(
-        self, own: Linearisation, blocks: FloatArray, of_dynamics: FloatArray
+        self, linearised: Linearisation, blocks: FloatArray, of_dynamics: FloatArray
     ) -> ConvexStages | None:
         """Return convex stages with a share of the dynamics; None if there are none."""
         if not of_dynamics.any():
             return None
         blocks, nx = blocks.copy(), self._nx
         np.einsum("kii->ki", blocks)[:, :nx] += _FIXED * self._fixed
-        for constraint, jacobian in zip(self.problem.constraints, own.jacobians, strict=True):
+        for constraint, jacobian in zip(
+            self.problem.constraints, linearised.jacobians, strict=True
+        ):
             J = (jacobian[..., :nx] * self.x_scale)[:, constraint.low == constraint.high]
             blocks[constraint.nodes, :nx, :nx] += _FIXED * np.einsum("kri,krj->kij", J, J)
-        ends, gaps = self._ends_by_stages(own), own.gaps / self.x_scale
+        ends, gaps = self._ends_by_stages(linearised), linearised.gaps / self.x_scale
         free = np.concatenate([np.flatnonzero(~self._fixed[0]), nx + np.arange(len(self._g))])
         return convexify_with_share(blocks, of_dynamics, ends, gaps, self._nu, free)
 
-    def _ends_by_stages(self, own: Linearisation) -> FloatArray:
+    def _ends_by_stages(self, linearised: Linearisation) -> FloatArray:
         """Return the scaled derivatives of ends by states, controls, globals, (N, nx, nz)."""
-        ends = own.intervals
+        ends = linearised.intervals
         by_all = np.concatenate([ends.A, ends.B, self._by_globals(ends)], axis=2)
         return np.asarray(by_all / self.x_scale[:, None] * self._z_scale)
 
-    def _equalities(self, at: Iterate, own: Linearisation) -> tuple[csc_matrix, FloatArray]:
-        nx, nz, ends = self._nx, self._width, self._ends_by_stages(own)
+    def _equalities(self, at: Iterate, linearised: Linearisation) -> tuple[csc_matrix, FloatArray]:
+        nx, nz, ends = self._nx, self._width, self._ends_by_stages(linearised)
         parts = ends[:, :, :nx], ends[:, :, nx:nz], -np.ones((self._N, nx)), ends[:, :, nz:]
         count = int(self._fixed.sum())
         A = self._A.fill(*parts, np.ones(count))
         rest = (self.problem.x_low - at.x) / self.x_scale
-        return A, np.concatenate([(-own.gaps / self.x_scale).ravel(), rest[self._fixed]])
+        return A, np.concatenate([(-linearised.gaps / self.x_scale).ravel(), rest[self._fixed]])
 
     def _by_globals(
         self, intervals: IntervalResult, shares: FloatArray | float = 1.0
@@ -251,18 +253,18 @@ class Transcription:
         parts = ([intervals.D] if self._np else []) + ([by_time] if self._has_time else [])
         return np.concatenate([*parts, np.empty((len(by_time), self._nx, 0))], axis=2)
 
-    def _inequalities(self, own: Linearisation) -> tuple[csc_matrix, FloatArray, FloatArray]:
+    def _inequalities(self, linearised: Linearisation) -> tuple[csc_matrix, FloatArray, FloatArray]:
         """Return the rows of all constraints with their bounds."""
         rows: list[csc_matrix | csr_matrix] = []
         low, high = [np.empty(0)], [np.empty(0)]
-        triples = zip(self.problem.constraints, self._C, own.values, own.jacobians)  # noqa: B905
+        triples = zip(self.problem.constraints, self._C, linearised.values, linearised.jacobians)  # noqa: B905
         for constraint, pattern, values, jacobian in triples:
             rows.append(pattern.fill(jacobian * self._z_scale[: jacobian.shape[2]]))
             low.append((constraint.low - values).ravel())
             high.append((constraint.high - values).ravel())
-        rest = zip(self.problem.linear, self._linear, own.values[len(rows) :], strict=True)
-        for linear, part, value in rest:
-            rows.append(part)
+        rest = zip(self.problem.linear, self._linear, linearised.values[len(rows) :], strict=True)
+        for linear, matrix, value in rest:
+            rows.append(matrix)
             low.append(linear.low - value)
             high.append(linear.high - value)
         if not rows:
@@ -276,8 +278,8 @@ class Transcription:
         lb[self._x], ub[self._x] = problem.x_low - at.x, problem.x_high - at.x
         lb[self._x[self._fixed]], ub[self._x[self._fixed]] = -np.inf, np.inf
         lb[self._u], ub[self._u] = problem.u_low - at.u, problem.u_high - at.u
-        own, p = problem.parameters, self._g[: self._np]
-        lb[p], ub[p] = own.low - at.parameters, own.high - at.parameters
+        parameters, p = problem.parameters, self._g[: self._np]
+        lb[p], ub[p] = parameters.low - at.parameters, parameters.high - at.parameters
         if self._has_time:
             lb[-1], ub[-1] = np.array(problem.duration) - at.duration
             reach = _MAX_DURATION_CHANGE * at.duration
@@ -302,22 +304,24 @@ class Transcription:
 
     def stages(self, at: Iterate) -> FloatArray:
         """Return the scaled states, controls and globals of each interval, shape (N, nz)."""
-        own = np.append(at.parameters, at.duration) if self._has_time else at.parameters
-        parts = at.x[:-1], at.u, np.tile(own, (self._N, 1))
+        g = np.append(at.parameters, at.duration) if self._has_time else at.parameters
+        parts = at.x[:-1], at.u, np.tile(g, (self._N, 1))
         return np.asarray(np.concatenate(parts, axis=1) / self._z_scale)
 
-    def multipliers(self, own: Linearisation, program: Program, step: QpSolution) -> FloatArray:
+    def multipliers(
+        self, linearised: Linearisation, program: Program, step: QpSolution
+    ) -> FloatArray:
         """Return the multipliers of the scaled dynamics from those of a program, shape (N, nx)."""
-        y = step.y[: own.gaps.size].reshape(own.gaps.shape)
+        y = step.y[: linearised.gaps.size].reshape(linearised.gaps.shape)
         if program.moved is not None:
             x, g = step.d[self._x], np.tile(step.d[self._g], (self._N + 1, 1))
             s = np.concatenate([x, g], axis=1)
             y = y + np.einsum("kij,kj->ki", program.moved, s)[1:, : self._nx]
-        return np.asarray(y * self.cost_scale(own.terms))
+        return np.asarray(y * self.cost_scale(linearised.terms))
 
-    def stage_gradients(self, own: Linearisation, multipliers: FloatArray) -> FloatArray:
+    def stage_gradients(self, linearised: Linearisation, multipliers: FloatArray) -> FloatArray:
         """Return the gradients of the multiplied ends by the scaled stages, shape (N, nz)."""
-        return np.asarray(np.einsum("ki,kij->kj", multipliers, self._ends_by_stages(own)))
+        return np.asarray(np.einsum("ki,kij->kj", multipliers, self._ends_by_stages(linearised)))
 
     def gradient(self, at: Iterate, terms: CostTerms) -> FloatArray:
         """Return the gradient of the cost by the scaled variables."""
@@ -334,12 +338,12 @@ class Transcription:
         intervals = problem.run(at, derivatives=False)
         if intervals is None:
             return None
-        found = [self._constraint(own, at, derivatives=False) for own in problem.constraints]
-        if any(pair is None for pair in found):
+        pairs = [self._constraint(c, at, derivatives=False) for c in problem.constraints]
+        if any(pair is None for pair in pairs):
             return None
-        values = self._values(at, [pair[0] for pair in found if pair is not None])
+        values = self._values(at, [pair[0] for pair in pairs if pair is not None])
         gaps = intervals.ends - at.x[1:]
-        violation = sum(float(part.sum()) for part in self.violations(at, gaps, values))
+        violation = sum(float(v.sum()) for v in self.violations(at, gaps, values))
         return violation, problem.cost(at)
 
     def move(self, at: Iterate, d: FloatArray, share: float) -> Iterate:
@@ -349,9 +353,9 @@ class Transcription:
         p = at.parameters + step[self._g[: self._np]]
         return self.problem.clip(Iterate(at.x + step[self._x], at.u + step[self._u], time, p))
 
-    def violation(self, at: Iterate, own: Linearisation) -> float:
+    def violation(self, at: Iterate, linearised: Linearisation) -> float:
         """Return the sum of all scaled violations of the constraints."""
-        return sum(float(part.sum()) for part in self.violations(at, own.gaps, own.values))
+        return sum(float(v.sum()) for v in self.violations(at, linearised.gaps, linearised.values))
 
     def violations(
         self, at: Iterate, gaps: FloatArray, values: list[FloatArray]
@@ -366,5 +370,5 @@ class Transcription:
         beyond = excess(at.x, problem.x_low, problem.x_high) / self.x_scale
         bounds = [(each.low, each.high) for each in problem.constraints]
         bounds += [(each.low, each.high) for each in problem.linear]
-        own = [excess(value, *bound) for bound, value in zip(bounds, values, strict=True)]
-        return [abs(gaps) / self.x_scale, beyond, *own]
+        others = [excess(value, *bound) for bound, value in zip(bounds, values, strict=True)]
+        return [abs(gaps) / self.x_scale, beyond, *others]

@@ -186,8 +186,8 @@ class Batch:
         at = self._initial() if q is None else rows("q", q, self.q.shape)
         rates = np.zeros(self.qd.shape) if qd is None else rows("qd", qd, self.qd.shape)
         if commands is not None:
-            given = rows("commands", commands, self.commands.shape)
-            np.copyto(self.commands, given, where=mask[:, None])
+            values = rows("commands", commands, self.commands.shape)
+            np.copyto(self.commands, values, where=mask[:, None])
         u = None if commands is None else self.commands
         self._set_start(mask, at, rates, u)
         if commands is None and self.commands.size:
@@ -247,32 +247,32 @@ class Batch:
         m = self.commands.shape[1]
         motors = [nx + m + k for k in self._actuated]
         inputs = np.array([*range(nx + m), *motors], dtype=np.int32)
-        found = np.empty((self.n, nx, len(inputs)))
+        derivatives = np.empty((self.n, nx, len(inputs)))
         answers = self._answers.copy()
         scratch = self._derivative_memory()
 
         def run(thread: int, part: slice) -> None:
             place, memory = self._instances.place(part), scratch[thread].ctypes.data
-            rest = len(inputs), inputs.ctypes.data, found[part].ctypes.data
-            own = *self._inputs(part), *self._rule(), *rest, answers[part].ctypes.data
-            batch_library().core_batch_derivatives(*place, memory, *own)
+            rest = len(inputs), inputs.ctypes.data, derivatives[part].ctypes.data
+            arguments = *self._inputs(part), *self._rule(), *rest, answers[part].ctypes.data
+            batch_library().core_batch_derivatives(*place, memory, *arguments)
 
         self._threads.share(run, self.n, is_small=self.n < 2)
         if answers.any():
             bad = np.flatnonzero(answers)
             raise SimulationError(f"derivatives: {len(bad)} of {self.n} instances diverge: {bad}")
-        return Derivatives(found[:, :, :nx], found[:, :, nx:])
+        return Derivatives(derivatives[:, :, :nx], derivatives[:, :, nx:])
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Describe a copy by arguments and state, since pointers to C cannot be copied."""
-        given = self.robot, self.n, self._length, self._robots, self._options
+        arguments = self.robot, self.n, self._length, self._robots, self._options
         state = self.get_state(), self.commands, self.variant, self.ticks, self._answers
-        return _restored_batch, (type(self), *given, state)
+        return _restored_batch, (type(self), *arguments, state)
 
     def _initial(self) -> FloatArray:
         initial = [[c.initial for c in robot.coordinates] for robot in self._robots]
-        found: FloatArray = np.take(initial, self.variant, axis=0)
-        return found
+        q: FloatArray = np.take(initial, self.variant, axis=0)
+        return q
 
     def _rule(self) -> tuple[float, int, int]:
         is_runge_kutta = int(self._options["integrator"] == "rk4")
@@ -311,14 +311,14 @@ class Batch:
 
     def _set_resting_commands(self, mask: BoolArray) -> None:
         """Set the commands that hold f_min at the current poses, once for equal poses."""
-        found: dict[tuple[int, bytes], FloatArray] = {}
+        resting: dict[tuple[int, bytes], FloatArray] = {}
         for i in np.flatnonzero(mask).tolist():
             variant = int(self.variant[i])
             key = variant, self.q[i].tobytes()
-            if key not in found:
+            if key not in resting:
                 f_min = np.array([muscle.f_min for muscle in self._robots[variant].muscles])
-                found[key] = self._instances.resting_commands(variant, self.q[i], f_min)
-            self.commands[i] = found[key]
+                resting[key] = self._instances.resting_commands(variant, self.q[i], f_min)
+            self.commands[i] = resting[key]
 
     def _open_variants(self, mask: BoolArray, variant: ArrayLike) -> None:
         new = indices("variant", variant, self.n, len(self._robots))
@@ -345,10 +345,10 @@ class Batch:
         bad = np.flatnonzero(self._answers)
         i, dofs = int(bad[0]), self.q.shape[1]
         answer = int(self._answers[i])
-        what = self.robot.coordinates[answer - 1].name if answer <= dofs else "a muscle"
+        name = self.robot.coordinates[answer - 1].name if answer <= dofs else "a muscle"
         return (
             f"robot {self.robot.name!r}: {len(bad)} of {self.n} instances have diverged, first "
-            f"instance {i} in {what!r}; use a smaller step or softer gains, and reset them"
+            f"instance {i} in {name!r}; use a smaller step or softer gains, and reset them"
         )
 
 
