@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -46,12 +47,18 @@ def look_ahead(experiment: Experiment) -> LookAhead:
 
 
 def worst_reactions(experiment: Experiment) -> dict[str, str]:
-    """Return what happens in the worst case if each muscle breaks, by its name.
+    """Return what happens in the worst case if each muscle breaks, and its share of the time.
 
     A robot falls if the other muscles cannot even hold its pose.
     """
     table = experiment.look_ahead or look_ahead(experiment)
-    return {name: reaction_at(min(speeds)) for name, speeds in table.speeds.items()}
+    return {name: _worst_reaction(speeds) for name, speeds in table.speeds.items()}
+
+
+def _worst_reaction(speeds: Sequence[float]) -> str:
+    worst = min(speeds)
+    share = speeds.count(worst) / len(speeds)
+    return reaction_at(worst) + (f" ({share:.0%} of the time)" if share < 1.0 else "")
 
 
 def reaction_at(speed: float) -> str:

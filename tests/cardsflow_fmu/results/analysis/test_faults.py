@@ -12,8 +12,13 @@ from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.experiment.motion.look_ahead import LookAhead
 from cardsflow_fmu.results.analysis.failures import describe_failures, failures
-from cardsflow_fmu.results.analysis.look_ahead import reaction_at, with_look_ahead
+from cardsflow_fmu.results.analysis.look_ahead import (
+    reaction_at,
+    with_look_ahead,
+    worst_reactions,
+)
 from cardsflow_fmu.simulation.run import simulate
 from cardsflow_fmu.studies.definition.metrics import METRICS
 
@@ -106,6 +111,16 @@ def test_survived_failures_are_counted_and_others_are_named() -> None:
         "the motion survives 10 of 11 single failures; it is infeasible without motor10"
     )
     assert np.isfinite(found[0].strength).all()
+
+
+def test_worst_reaction_has_its_share_of_the_time() -> None:
+    speeds = {"a": (1.0, 0.5, -1.0, -1.0), "b": (1.0, 1.0, 1.0, 1.0), "c": (1.0, 1.0, 1.0, 0.25)}
+    table = LookAhead(times=(0.0, 1.0, 2.0, 3.0), speeds=speeds)
+    assert worst_reactions(replace(Experiment.load(PLANAR_2R), look_ahead=table)) == {
+        "a": "fall (50% of the time)",
+        "b": "continue",
+        "c": "slow down to 25% (25% of the time)",
+    }
 
 
 @pytest.mark.parametrize(
