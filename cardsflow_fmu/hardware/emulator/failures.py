@@ -43,12 +43,7 @@ class Measurement:
 
 
 class Failures:
-    """Failures of a robot.
-
-    Args:
-        settings: The failures.
-        muscle_names: Names of the m muscles.
-        coordinate_names: Names of the n coordinates.
+    """Failures of a robot with m muscles and n coordinates.
 
     Raises:
         UnknownNameError: A muscle or a coordinate does not exist.
@@ -98,11 +93,7 @@ class Failures:
         return changed
 
     def motor_lengths(self, lengths: FloatArray) -> FloatArray:
-        """Return the lengths at the motors: jammed motors do not move.
-
-        Args:
-            lengths: True muscle lengths, shape (m,), in [m].
-        """
+        """Return the lengths at the motors for true lengths: jammed motors do not move."""
         if not self._motor:
             return lengths
         changed = lengths.copy()

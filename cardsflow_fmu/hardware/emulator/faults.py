@@ -45,13 +45,7 @@ class FaultyChannel:
         )
 
     def send(self, data: bytes, peer: Hashable, now: float) -> None:
-        """Send a frame.
-
-        Args:
-            data: Bytes of the frame.
-            peer: Sender or receiver of the frame.
-            now: Current time, in [s].
-        """
+        """Send a frame to or from a peer, at the time `now`, in [s]."""
         faults, chance = self._faults, self._random.random
         self.counters["sent"] += 1
         if self._first is None:
@@ -73,11 +67,7 @@ class FaultyChannel:
         self._release(arrival)
 
     def due(self, now: float) -> list[tuple[bytes, Hashable]]:
-        """Return the frames that have arrived by now, with their peers, in order of arrival.
-
-        Args:
-            now: Current time, in [s].
-        """
+        """Return the frames that have arrived by now, with their peers, in order of arrival."""
         if self._held_frame is not None and now >= self._held_frame[0] + _MAX_HOLD_TIME:
             self._release(self._held_frame[0] + _MAX_HOLD_TIME)
         frames = []
@@ -146,21 +136,11 @@ class FaultyLine:
         self.outward = FaultyChannel(faults, "outward")
 
     def send(self, data: bytes, peer: Hashable, now: float) -> None:
-        """Send a frame to the device.
-
-        Args:
-            data: Bytes of the frame.
-            peer: Sender of the frame.
-            now: Current time, in [s].
-        """
+        """Send a frame of a peer to the device, at the time `now`, in [s]."""
         self.inward.send(data, peer, now)
 
     def due(self, now: float) -> list[tuple[bytes, Hashable]]:
-        """Deliver arrived frames to the device. Return arrived answers, with their peers.
-
-        Args:
-            now: Current time, in [s].
-        """
+        """Deliver arrived frames to the device. Return arrived answers, with their peers."""
         for data, peer in self.inward.due(now):
             for answer in self._device.receive(data, peer, now):
                 self.outward.send(answer, peer, now)

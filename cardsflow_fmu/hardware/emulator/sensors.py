@@ -41,15 +41,9 @@ class Sensors:
     def reset(
         self, q: FloatArray, qd: FloatArray, lengths: FloatArray, tensions: FloatArray
     ) -> None:
-        """Restart the noise from its seed, and take the first measurement.
+        """Restart the noise from its seed, and take the first measurement of the true values.
 
         Velocities from finite differences are zero.
-
-        Args:
-            q: True positions, shape (n,).
-            qd: True velocities, shape (n,).
-            lengths: True lengths, shape (m,).
-            tensions: True tensions, shape (m,).
         """
         self._random = np.random.default_rng(self._settings.seed)
         self._read(q, qd, lengths, tensions)
@@ -59,15 +53,7 @@ class Sensors:
     def read(
         self, q: FloatArray, qd: FloatArray, lengths: FloatArray, tensions: FloatArray, dt: float
     ) -> None:
-        """Take a measurement.
-
-        Args:
-            q: True positions, shape (n,).
-            qd: True velocities, shape (n,).
-            lengths: True lengths, shape (m,).
-            tensions: True tensions, shape (m,).
-            dt: Time since the previous measurement, in [s].
-        """
+        """Measure the true values, dt [s] after the previous measurement."""
         before = self.q
         self._read(q, qd, lengths, tensions)
         if self._settings.differentiate_positions:
