@@ -42,49 +42,49 @@ def motion_costs(
         dynamics: The robot.
         goals: Costs of goals with a weight.
     """
-    own, driven = motion.cost, actuators(dynamics, shooting)
-    weights = own.forces if motion.muscles == "forces" else own.commands
-    given = any((*own.force_rates, *own.speeds, *own.accelerations, *own.activations, own.time))
-    given |= any(weights) or own.tracking is not None or own.function is not None
-    controls = np.array(weights)[driven] if given else np.ones(len(driven))
-    activations = dict(zip(dynamics.muscle_names, own.activations, strict=True))
+    cost, driven = motion.cost, actuators(dynamics, shooting)
+    weights = cost.forces if motion.muscles == "forces" else cost.commands
+    terms = (*cost.force_rates, *cost.speeds, *cost.accelerations, *cost.activations, cost.time)
+    is_set = any((*terms, *weights)) or cost.tracking is not None or cost.function is not None
+    controls = np.array(weights)[driven] if is_set else np.ones(len(driven))
+    activations = dict(zip(dynamics.muscle_names, cost.activations, strict=True))
     names = [name.partition(".") for name in shooting.laws.state_names]
     of_states = [activations[muscle] * (kind == "activation") for kind, _, muscle in names]
-    states = np.array([*np.zeros(shooting.n), *own.speeds, *of_states])
-    rates = np.array(own.force_rates)[driven]
+    states = np.array([*np.zeros(shooting.n), *cost.speeds, *of_states])
+    rates = np.array(cost.force_rates)[driven]
     accelerations = np.zeros(shooting.nx)
-    accelerations[shooting.n : 2 * shooting.n] = own.accelerations
+    accelerations[shooting.n : 2 * shooting.n] = cost.accelerations
     nodes = list(goals)
-    if own.tracking is not None:
-        nodes.append(_tracking(experiment, motion, own.tracking, dynamics, shooting.nx))
-    if own.function is not None:
+    if cost.tracking is not None:
+        nodes.append(_tracking(experiment, motion, cost.tracking, dynamics, shooting.nx))
+    if cost.function is not None:
         nodes += custom_costs(experiment, motion, dynamics, shooting.nx)
     none = np.zeros(shooting.nu), np.zeros(shooting.nx)
-    return Costs(controls, states, rates, own.time, *none, accelerations, nodes)
+    return Costs(controls, states, rates, cost.time, *none, accelerations, nodes)
 
 
 def _tracking(
     experiment: Experiment,
     motion: MotionTable,
-    own: TrackingSettings,
+    settings: TrackingSettings,
     dynamics: CoreDynamics,
     nx: int,
 ) -> NodeCost:
     """Return the cost of deviations from a recorded motion."""
-    is_joint, key = any(own.q), "motion.cost.tracking.file"
+    is_joint, key = any(settings.q), "motion.cost.tracking.file"
     names = dynamics.coordinate_names if is_joint else dynamics.task_names
     kind = "coordinate" if is_joint else "task coordinate"
     try:
         space = {"joint" if is_joint else "operational": Names(kind, names)}
         lengths = [c.name for c in experiment.robot.coordinates if c.unit == "m"]
-        curve = SplineReference(read_motion(own.file, space, None, lengths))  # type: ignore[arg-type]
+        curve = SplineReference(read_motion(settings.file, space, None, lengths))  # type: ignore[arg-type]
         if curve.duration < motion.duration[1] - _LATE:
-            what = f"{own.file.name} ends after {curve.duration:.6g} s, before the motion"
-            raise InputError(f"{what}; reduce motion.duration")
+            problem = f"{settings.file.name} ends after {curve.duration:.6g} s, before the motion"
+            raise InputError(f"{problem}; reduce motion.duration")
     except InputError as error:
         error.file, error.key = experiment.file, key
         raise
-    weights: FloatArray = np.array(own.q if is_joint else own.y)
+    weights: FloatArray = np.array(settings.q if is_joint else settings.y)
     rows, N = np.flatnonzero(weights), motion.intervals
     evaluate = StateRows(rows, nx) if is_joint else TaskRows(dynamics, rows, nx)
     target = curve.evaluate(np.linspace(0.0, motion.duration[1], N + 1)).q[:, rows]

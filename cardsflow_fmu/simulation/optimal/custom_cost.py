@@ -38,18 +38,18 @@ def custom_costs(
     except InputError as error:
         error.key = error.key or "motion.cost.function"
         raise
-    own, found = call_custom(file, kind), list[NodeCost]()
+    instance, found = call_custom(file, kind), list[NodeCost]()
     for method in ("running", "final"):
         if getattr(kind, method) is getattr(MotionCost, method):
             continue
         nodes = np.arange(N + 1) if method == "running" else np.array([N])
-        function = _Function(own, method, file, dynamics, nodes / N, nx)
+        function = _Function(instance, method, file, dynamics, nodes / N, nx)
         function.check(np.concatenate([experiment.start.q, experiment.start.qd]))
         values = function.value, function.gradient
         found.append(function_cost(nodes, method == "running", *values, 2 * dynamics.n))
     if not found:
-        what = f"{law.name} defines neither running nor final; define one of them"
-        raise InputError(what, file=file)
+        problem = f"{law.name} defines neither running nor final; define one of them"
+        raise InputError(problem, file=file)
     return found
 
 
@@ -86,9 +86,9 @@ class _Function:
     def gradient(self, x: FloatArray) -> FloatArray:
         """Return the gradients at states, shape (k, nx)."""
         found = np.zeros((len(x), self._nx))
-        own = self._differences if self._slope is None else self._given
+        slope = self._differences if self._slope is None else self._given
         for k, (row, s) in enumerate(zip(x, self._fractions, strict=True)):
-            found[k, : 2 * self._dynamics.n] = own(row, s)
+            found[k, : 2 * self._dynamics.n] = slope(row, s)
         return found
 
     def check(self, start: FloatArray) -> None:
@@ -102,15 +102,15 @@ class _Function:
         if error.max() > _GRADIENT_ERROR * max(1e-6, abs(expected).max()):
             k = int(error.argmax())
             names = [f"{p}.{name}" for p in ("q", "qd") for name in self._dynamics.coordinate_names]
-            what = f"{self._name}_gradient returns {self._given(at, s)[k]:.6g} for {names[k]}"
-            what += f", but finite differences are {expected[k]:.6g}"
-            raise InputError(f"{what}; correct it or remove it", file=self._file)
+            problem = f"{self._name}_gradient returns {self._given(at, s)[k]:.6g} for {names[k]}"
+            problem += f", but finite differences are {expected[k]:.6g}"
+            raise InputError(f"{problem}; correct it or remove it", file=self._file)
 
     def _state(self, x: FloatArray, fraction: float) -> MotionState:
-        own, n = self._dynamics, self._dynamics.n
+        dynamics, n = self._dynamics, self._dynamics.n
         q, qd = x[:n].copy(), x[n : 2 * n].copy()
-        J = own.task_jacobian(q)
-        return MotionState(q, qd, own.task_position(q), J @ qd, J, float(fraction))
+        J = dynamics.task_jacobian(q)
+        return MotionState(q, qd, dynamics.task_position(q), J @ qd, J, float(fraction))
 
     def _one(self, x: FloatArray, fraction: float) -> float:
         state = self._state(x, fraction)
@@ -126,8 +126,8 @@ class _Function:
             self._file, lambda: [np.asarray(k, dtype=np.float64) for k in slope(state)]
         )
         if [k.shape for k in found] != [(n,), (n,)] or not np.isfinite(found).all():
-            what = f"{self._name}_gradient must return two finite arrays of shape ({n},)"
-            raise InputError(f"{what}: the derivatives by q and qd", file=self._file)
+            problem = f"{self._name}_gradient must return two finite arrays of shape ({n},)"
+            raise InputError(f"{problem}: the derivatives by q and qd", file=self._file)
         return np.concatenate(found)
 
     def _differences(self, x: FloatArray, fraction: float) -> FloatArray:

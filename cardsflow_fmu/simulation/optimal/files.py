@@ -43,15 +43,15 @@ def motion_file(experiment: Experiment, file: Path | None, *, overwrite: bool = 
         InputError: The file, its figure or the folder of its robot exists, and CARDSFlow did not
             write it.
     """
-    own = experiment.file.parent / OPTIMISED_MOTION if file is None else file
-    output_file(own, [".csv"], overwrite=overwrite)
-    output_file(gains_file(own), [".csv"], overwrite=overwrite)
-    output_file(own.with_suffix(".svg"), [".svg"], overwrite=overwrite)
-    folder = robot_folder(own)
+    target = experiment.file.parent / OPTIMISED_MOTION if file is None else file
+    output_file(target, [".csv"], overwrite=overwrite)
+    output_file(gains_file(target), [".csv"], overwrite=overwrite)
+    output_file(target.with_suffix(".svg"), [".svg"], overwrite=overwrite)
+    folder = robot_folder(target)
     has_parameters = experiment.motion is not None and experiment.motion.parameters
     if has_parameters and not overwrite and folder.exists() and not (folder / _ROBOT).exists():
         raise InputError(NOT_OWN, file=folder)
-    return own
+    return target
 
 
 def write_motion_files(
@@ -98,8 +98,8 @@ def write_motion_report(
 
 
 def _outcome(motion: OptimisedMotion) -> str:
-    own = motion.solution
-    return f"{own.status}: cost {own.cost:.6g}, {motion.duration:.4g} s"
+    solution = motion.solution
+    return f"{solution.status}: cost {solution.cost:.6g}, {motion.duration:.4g} s"
 
 
 def _bounds(motion: OptimisedMotion) -> dict[str, tuple[float, float]]:

@@ -11,6 +11,7 @@ from cardsflow_fmu.experiment.config.key_path import EVERY_OTHER
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.goals import GoalSettings
 from cardsflow_fmu.experiment.motion.settings import MotionTable
+from cardsflow_fmu.experiment.settings.predictive import override
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.arrays import BoolArray
 from controllers.optimal.node_costs import NodeCost, squares
@@ -19,7 +20,7 @@ from sim_dart.dynamics.core import CoreDynamics
 from sim_dart.optimal.shooting import Shooting
 
 from .loops import advances, dependent
-from .muscles import override, require_order, state_ranges
+from .muscles import require_order, state_ranges
 from .tasks import StateRows, TaskRates, TaskRows
 
 _WHOLE = 1e-6  # deviation of a time from a node, relative to an interval
@@ -29,11 +30,11 @@ def state_bounds(
     experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, shooting: Shooting
 ) -> tuple[FloatArray, FloatArray]:
     """Return the bounds of the states at the nodes, shape (N + 1, nx)."""
-    own = motion.bounds
-    low, high = override(dynamics.q_min, own.q_min), override(dynamics.q_max, own.q_max)
+    bounds = motion.bounds
+    low, high = override(dynamics.q_min, bounds.q_min), override(dynamics.q_max, bounds.q_max)
     for k, name in enumerate(dynamics.coordinate_names):
         require_order(experiment, f"q_max.{name}", low[k], high[k])
-    speed = override(np.full(shooting.n, np.inf), own.qd_max)
+    speed = override(np.full(shooting.n, np.inf), bounds.qd_max)
     weakest, strongest = state_ranges(shooting, dynamics)
     x_low = np.tile([*low, *-speed, *weakest], (motion.intervals + 1, 1))
     x_high = np.tile([*high, *speed, *strongest], (motion.intervals + 1, 1))
@@ -63,22 +64,22 @@ def free_start(
     Raises:
         UnknownNameError: A coordinate does not exist; the message names the key.
     """
-    names, own = dynamics.coordinate_names, motion.start
+    names, start = dynamics.coordinate_names, motion.start
     flags = np.zeros(nx, dtype=bool)
     for row, key in enumerate(("free", "free_speeds")):
-        for name in getattr(own, key):
+        for name in getattr(start, key):
             if name not in (*names, EVERY_OTHER):
                 where = f"motion.start.{key}"
                 raise UnknownNameError("coordinate", name, names, file=experiment.file, key=where)
             chosen = [name in (other, EVERY_OTHER) for other in names]
             flags[row * dynamics.n : (row + 1) * dynamics.n] |= chosen
-    if own.y and not own.free:
+    if start.y and not start.free:
         flags[: dynamics.n] = True
     if motion.periodic:
         advance = advances(experiment, motion)
         flags[: dynamics.n] |= advance == 0.0
         flags[dynamics.n : 2 * dynamics.n] |= ~np.isnan(advance)
-    flags[2 * dynamics.n :] = flags.any() if own.free_states is None else own.free_states
+    flags[2 * dynamics.n :] = flags.any() if start.free_states is None else start.free_states
     return flags
 
 
@@ -108,11 +109,11 @@ def fix_start(
     for k, key in enumerate(keys):
         least, most, value = x_low[0, k], x_high[0, k], start[k]
         if fixed[k] and not least <= value <= most:
-            what = f"must be within the bounds {least:.6g} to {most:.6g} of the motion"
-            raise InputError(f"{what}, not {float(value)!r}", file=experiment.file, key=key)
+            problem = f"must be within the bounds {least:.6g} to {most:.6g} of the motion"
+            raise InputError(f"{problem}, not {float(value)!r}", file=experiment.file, key=key)
     x_low[0, fixed] = x_high[0, fixed] = start[fixed]
-    own = motion.start.y
-    return [_task_goal("start.y", own, 0, dynamics, len(start))] if own else []
+    task_start = motion.start.y
+    return [_task_goal("start.y", task_start, 0, dynamics, len(start))] if task_start else []
 
 
 def fix_goals(
@@ -136,9 +137,9 @@ def fix_goals(
         for j in given.tolist():
             value, low, high = float(targets[j]), x_low[node, j], x_high[node, j]
             if not low <= value <= high:
-                what = f"must be within the bounds {low:.6g} to {high:.6g}, not {value!r}"
+                problem = f"must be within the bounds {low:.6g} to {high:.6g}, not {value!r}"
                 where = f"{key}.{'qd' if j >= n else 'q'}.{dynamics.coordinate_names[j % n]}"
-                raise InputError(what, file=experiment.file, key=where)
+                raise InputError(problem, file=experiment.file, key=where)
             if goal.weight is None:
                 x_low[node, j] = x_high[node, j] = value
         tasks = [
@@ -176,20 +177,20 @@ def _nodes(
     experiment: Experiment, motion: MotionTable, goal: GoalSettings, key: str
 ) -> tuple[int, int]:
     """Return the node of a goal, and the last node at which it is held."""
-    N, held = motion.intervals, 0
+    N, hold_nodes = motion.intervals, 0
     h = motion.duration[1] / N
     if goal.hold is not None:
-        held = _whole(experiment, goal.hold / h, f"{goal.hold!r} s", h, f"{key}.hold")
+        hold_nodes = _whole(experiment, goal.hold / h, f"{goal.hold!r} s", h, f"{key}.hold")
     if goal.fraction is not None:
         node = _whole(experiment, goal.fraction * N, f"{goal.fraction!r}", 1 / N, f"{key}.fraction")
     elif goal.time is not None:
         node = _whole(experiment, goal.time / h, f"{goal.time!r} s", h, f"{key}.time")
     else:
-        node = N - held
-    if node + held > N:
-        what = f"must end within the duration, {motion.duration[1]!r} s"
-        raise InputError(what, file=experiment.file, key=f"{key}.hold")
-    return node, node + held
+        node = N - hold_nodes
+    if node + hold_nodes > N:
+        problem = f"must end within the duration, {motion.duration[1]!r} s"
+        raise InputError(problem, file=experiment.file, key=f"{key}.hold")
+    return node, node + hold_nodes
 
 
 def _whole(experiment: Experiment, at: float, value: str, unit: float, key: str) -> int:
@@ -197,6 +198,6 @@ def _whole(experiment: Experiment, at: float, value: str, unit: float, key: str)
     node = round(at)
     if abs(at - node) > _WHOLE or not node:
         interval = f"{unit:.6g}{' s' * value.endswith('s')}"
-        what = f"must be a multiple of an interval, {interval}, above 0, not {value}"
-        raise InputError(f"{what}; change motion.intervals", file=experiment.file, key=key)
+        problem = f"must be a multiple of an interval, {interval}, above 0, not {value}"
+        raise InputError(f"{problem}; change motion.intervals", file=experiment.file, key=key)
     return node

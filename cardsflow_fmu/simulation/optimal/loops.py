@@ -39,15 +39,15 @@ def require_independent(experiment: Experiment, motion: MotionTable, names: Sequ
     if not flags.any():
         return
     if motion.start.model_fields_set:
-        what = "does not support closed loops; use motion.periodic, or set [start]"
-        raise InputError(what, file=experiment.file, key="motion.start")
+        problem = "does not support closed loops; use motion.periodic, or set [start]"
+        raise InputError(problem, file=experiment.file, key="motion.start")
     for k, goal in enumerate(motion.goals):
         for letter, values in (("q", goal.q), ("qd", goal.qd)):
             for name, value, is_dependent in zip(names, values, flags, strict=bool(values)):
                 if is_dependent and not np.isnan(value):
-                    what = "follows from the closed loops; omit it, or change controller.dependent"
+                    problem = "follows from the closed loops; omit it, or change controller"
                     key = f"motion.goals[{k}].{letter}.{name}"
-                    raise InputError(what, file=experiment.file, key=key)
+                    raise InputError(f"{problem}.dependent", file=experiment.file, key=key)
 
 
 def advances(experiment: Experiment, motion: MotionTable) -> FloatArray:
@@ -55,9 +55,9 @@ def advances(experiment: Experiment, motion: MotionTable) -> FloatArray:
 
     Coordinates that follow from closed loops return if they are not set.
     """
-    own = np.array(motion.periodic)
-    flags = dependent(experiment, len(own))
-    return np.where(np.isnan(own) & flags, 0.0, own)
+    advance = np.array(motion.periodic)
+    flags = dependent(experiment, len(advance))
+    return np.where(np.isnan(advance) & flags, 0.0, advance)
 
 
 def constant_speed(

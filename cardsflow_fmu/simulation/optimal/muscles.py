@@ -8,6 +8,7 @@ from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.model.muscle_laws import range_of, states_of
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.settings import MotionTable
+from cardsflow_fmu.experiment.settings.predictive import override
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.dynamics import actuator_names
 from controllers.force_distribution.gravity_compensation import gravity_compensation
@@ -26,33 +27,27 @@ def actuators(dynamics: CoreDynamics, shooting: Shooting) -> list[int]:
     return [*shooting.driven, *range(dynamics.m, len(dynamics.f_min))]
 
 
-def override(values: FloatArray, own: tuple[float, ...]) -> FloatArray:
-    """Return values that are replaced by those that are set."""
-    given = np.array(own or np.full(len(values), np.nan))
-    return np.where(np.isnan(given), values, given)
-
-
 def require_order(experiment: Experiment, key: str, low: float, high: float) -> None:
     """Check that a maximum is not below the minimum."""
     if low > high:
-        what = f"must be at least the minimum, {low:.6g}, not {high:.6g}"
-        raise InputError(what, file=experiment.file, key=f"motion.bounds.{key}")
+        problem = f"must be at least the minimum, {low:.6g}, not {high:.6g}"
+        raise InputError(problem, file=experiment.file, key=f"motion.bounds.{key}")
 
 
 def control_bounds(
     experiment: Experiment, motion: MotionTable, dynamics: CoreDynamics, shooting: Shooting
 ) -> Bounds:
     """Return the bounds of the controls, shape (nu,): forces, or commands of muscle laws."""
-    own, names = motion.bounds, actuator_names(dynamics)
-    low, high = override(dynamics.f_min, own.f_min), override(dynamics.f_max, own.f_max)
+    bounds, names = motion.bounds, actuator_names(dynamics)
+    low, high = override(dynamics.f_min, bounds.f_min), override(dynamics.f_max, bounds.f_max)
     for k, name in enumerate(names):
         require_order(experiment, f"f_max.{name}", low[k], high[k])
         if k < dynamics.m and low[k] < 0.0:
-            what = f"must be at least 0, since a muscle cannot push, not {low[k]!r}"
-            raise InputError(what, file=experiment.file, key=f"motion.bounds.f_min.{name}")
+            problem = f"must be at least 0, since a muscle cannot push, not {low[k]!r}"
+            raise InputError(problem, file=experiment.file, key=f"motion.bounds.f_min.{name}")
     laws = shooting.laws
-    least = override(laws.command_low, own.u_min)
-    most = override(laws.command_high, own.u_max)
+    least = override(laws.command_low, bounds.u_min)
+    most = override(laws.command_high, bounds.u_max)
     for k in np.flatnonzero(laws.modelled & ~laws.passive).tolist():
         require_order(experiment, f"u_max.{names[k]}", least[k], most[k])
         low[k] = max(least[k], laws.command_low[k])
@@ -95,15 +90,15 @@ def below_reach(experiment: Experiment, q: FloatArray, tensions: FloatArray) -> 
         return ()
     at = int(np.nanargmax(least[:, k] - tensions[:, k]))
     name, low = experiment.robot.muscles[k].name, least[at, k]
-    what = f"the motion will not be followed exactly: at rest, muscle {name} pulls with at least "
-    what += f"{low:.4g} N, not with {tensions[at, k]:.4g} N"
-    return (f'{what}; use motion.muscles = "laws"',)
+    note = f"the motion will not be followed exactly: at rest, muscle {name} pulls with at least "
+    note += f"{low:.4g} N, not with {tensions[at, k]:.4g} N"
+    return (f'{note}; use motion.muscles = "laws"',)
 
 
 def state_ranges(shooting: Shooting, dynamics: CoreDynamics) -> Bounds:
     """Return the ranges of the states of the muscles."""
     models = [muscle.model for muscle in dynamics.robot.muscles]
     ranges = [range_of(state, model) for model in models for state in states_of(model)]
-    own = ranges if len(ranges) == shooting.nx - 2 * shooting.n else []
-    low, high = [low for low, _ in own], [high for _, high in own]
+    state_range = ranges if len(ranges) == shooting.nx - 2 * shooting.n else []
+    low, high = [low for low, _ in state_range], [high for _, high in state_range]
     return np.array(low), np.array(high)

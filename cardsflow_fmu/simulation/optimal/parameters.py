@@ -53,8 +53,8 @@ class FreeParameters:
     @property
     def family(self) -> RobotFamily:
         """The robots."""
-        own = self.parameters
-        return RobotFamily(self.robot_at, own.low, own.high, own.nominal)
+        parameters = self.parameters
+        return RobotFamily(self.robot_at, parameters.low, parameters.high, parameters.nominal)
 
     def settings(self, p: FloatArray) -> dict[str, float | list[float]]:
         """Return the numbers and vectors by path, for values p, shape (np,)."""
@@ -66,12 +66,12 @@ class FreeParameters:
 
     def lines(self, p: FloatArray) -> list[str]:
         """Return a line about each parameter: value before and after, and active bounds."""
-        own, found = self.parameters, []
-        near = _AT_BOUND * (own.high - own.low)
-        for k, name in enumerate(own.names):
-            at = "at the largest value" if p[k] >= own.high[k] - near[k] else ""
-            at = "at the smallest value" if p[k] <= own.low[k] + near[k] else at
-            line = f"{name}: {own.nominal[k]:.6g} -> {p[k]:.6g}"
+        parameters, found = self.parameters, []
+        near = _AT_BOUND * (parameters.high - parameters.low)
+        for k, name in enumerate(parameters.names):
+            at = "at the largest value" if p[k] >= parameters.high[k] - near[k] else ""
+            at = "at the smallest value" if p[k] <= parameters.low[k] + near[k] else at
+            line = f"{name}: {parameters.nominal[k]:.6g} -> {p[k]:.6g}"
             found.append(f"{line} ({at})" if at else line)
         return found
 
@@ -84,15 +84,15 @@ class FreeParameters:
 
     def require_valid(self) -> None:
         """Check the robots with each parameter at its bounds."""
-        own = self.parameters
+        parameters = self.parameters
         for k, (table, _) in enumerate(self.elements):
-            for bound in (own.low[k], own.high[k]):
-                p = own.nominal.copy()
+            for bound in (parameters.low[k], parameters.high[k]):
+                p = parameters.nominal.copy()
                 p[k] = bound
                 wrong = next((one for one in check(self.robot_at(p)) if one.is_error), None)
                 if wrong is not None:
-                    what = f"{own.names[k]} = {bound:.6g}: {wrong}".replace("error: ", "")
-                    raise InputError(what, file=self.experiment.file, key=_key(table))
+                    problem = f"{parameters.names[k]} = {bound:.6g}: {wrong}".replace("error: ", "")
+                    raise InputError(problem, file=self.experiment.file, key=_key(table))
 
     def require_effect(self, shooting: Shooting) -> None:
         """Check that each parameter changes the motion, and only what is supported."""
@@ -102,16 +102,16 @@ class FreeParameters:
         for (k, _), name, fields in rows:
             wrong = [field for field in fields if not field.startswith(_SUPPORTED)]
             if "point_position" in fields and any(each.cables for each in motion.obstacles):
-                what = f"{name} moves cables; not supported with cables in motion.obstacles"
-                raise InputError(what, file=self.experiment.file, key=_key(k))
+                problem = f"{name} moves cables; not supported with cables in motion.obstacles"
+                raise InputError(problem, file=self.experiment.file, key=_key(k))
             if fields and not wrong:
                 continue
-            what = f"{name} has no effect on the motion; use {_KINDS}"
+            problem = f"{name} has no effect on the motion; use {_KINDS}"
             if wrong:
-                what = f"{name} changes the kinematics, which is not supported; use {_KINDS}"
+                problem = f"{name} changes the kinematics, which is not supported; use {_KINDS}"
             elif ".model." in name and motion.muscles == "forces":
-                what = f'{name} has no effect on the motion; set motion.muscles = "laws"'
-            raise InputError(what, file=self.experiment.file, key=_key(k))
+                problem = f'{name} has no effect on the motion; set motion.muscles = "laws"'
+            raise InputError(problem, file=self.experiment.file, key=_key(k))
 
 
 def free_parameters(experiment: Experiment, robot: Robot) -> FreeParameters | None:
@@ -146,9 +146,9 @@ def free_parameters(experiment: Experiment, robot: Robot) -> FreeParameters | No
         np.array([tables[k].weight for k, _ in elements]),
         tuple(_name(tables[k], i) for k, i in elements),
     )
-    own = FreeParameters(experiment, robot, paths, values, elements, parameters)
-    own.require_valid()
-    return own
+    free = FreeParameters(experiment, robot, paths, values, elements, parameters)
+    free.require_valid()
+    return free
 
 
 def _key(k: int) -> str:
@@ -178,8 +178,8 @@ def _value(
     try:
         parts = split_path(table.path)
         if len(parts) < 4 or parts[0] != "robot" or parts[1] not in KINDS:
-            what = "must begin with " + ", ".join(f"robot.{kind}" for kind in KINDS)
-            raise InputError(f"{what}, and name a part and its number, not {table.path!r}")
+            problem = "must begin with " + ", ".join(f"robot.{kind}" for kind in KINDS)
+            raise InputError(f"{problem}, and name a part and its number, not {table.path!r}")
         given = table.low if len(table.low) > 1 else table.low[0]
         changes = _changes(table.path, list(given) if isinstance(given, tuple) else given)
         with_overrides(robot, changes, experiment.file, "robot")
@@ -190,8 +190,8 @@ def _value(
     values = nominal if isinstance(nominal, tuple) else (nominal,)
     for low, value, high in zip(table.low, values, table.high, strict=True):
         if low < high and not low <= value <= high:
-            what = f"must contain the value of the robot, {value!r}, not {low!r} to {high!r}"
-            raise InputError(what, file=experiment.file, key=f"{key}.from")
+            problem = f"must contain the value of the robot, {value!r}, not {low!r} to {high!r}"
+            raise InputError(problem, file=experiment.file, key=f"{key}.from")
     return tuple(
         value if low < high else low
         for low, value, high in zip(table.low, values, table.high, strict=True)

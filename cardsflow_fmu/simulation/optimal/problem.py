@@ -121,8 +121,8 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
     """
     motion = experiment.motion
     if motion is None:
-        what = 'missing; for example: duration = 1.0, goals = [{ y = { "hand.x" = 0.4 } }]'
-        raise InputError(what, file=experiment.file, key="motion")
+        missing = 'missing; for example: duration = 1.0, goals = [{ y = { "hand.x" = 0.4 } }]'
+        raise InputError(missing, file=experiment.file, key="motion")
     robot, notes = _frictionless(experiment.robot)
     with_laws = motion.muscles == "laws"
     dynamics = CoreDynamics(robot)
@@ -144,9 +144,9 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
     goals = fix_goals(experiment, motion, dynamics, x_low, x_high)
     names, N = actuator_names(dynamics), motion.intervals
     first = int((x_low[0] == x_high[0])[: shooting.n].all())  # a fixed pose is not constrained
-    own = experiment, motion, dynamics, np.arange(first, N + 1), shooting.nx
-    constraints += goals.constraints + task_bounds(*own)
-    obstacles, more = obstacle_constraints(*own)
+    context = experiment, motion, dynamics, np.arange(first, N + 1), shooting.nx
+    constraints += goals.constraints + task_bounds(*context)
+    obstacles, more = obstacle_constraints(*context)
     constraints += obstacles
     state_names = (
         *(f"{letter}.{c.name}" for letter in ("q", "qd") for c in robot.coordinates),
@@ -198,9 +198,9 @@ def _linear_constraints(
             found.append(limited_rates(driven, control_names, N, nx))
     if motion.periodic:
         advance = advances(experiment, motion)
-        own = np.concatenate([advance, 0.0 * advance, np.zeros(nx - 2 * n)])
-        chosen = np.flatnonzero(~np.isnan(own))
-        found.append(periodic(chosen, own[chosen], state_names, (N + 1, nx), shooting.nu))
+        change = np.concatenate([advance, 0.0 * advance, np.zeros(nx - 2 * n)])
+        chosen = np.flatnonzero(~np.isnan(change))
+        found.append(periodic(chosen, change[chosen], state_names, (N + 1, nx), shooting.nu))
     return found
 
 

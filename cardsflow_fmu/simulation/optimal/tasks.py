@@ -7,12 +7,13 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.settings import MotionTable
+from cardsflow_fmu.experiment.settings.predictive import override
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.arrays import IntArray
 from controllers.optimal.problem import NodeConstraint
 from sim_dart.dynamics.core import CoreDynamics
 
-from .muscles import override, require_order
+from .muscles import require_order
 
 
 class TaskRows:
@@ -29,11 +30,11 @@ class TaskRows:
 
     def __call__(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return y, shape (k, rows), and its derivatives, shape (k, rows, nx)."""
-        own, n = self._dynamics, self._dynamics.n
-        y = np.array([own.task_position(row[:n])[self._rows] for row in x])
+        dynamics, n = self._dynamics, self._dynamics.n
+        y = np.array([dynamics.task_position(row[:n])[self._rows] for row in x])
         J = np.zeros((*y.shape, self._nx))
         for k, row in enumerate(x):
-            J[k, :, :n] = own.task_jacobian(row[:n])[self._rows]
+            J[k, :, :n] = dynamics.task_jacobian(row[:n])[self._rows]
         return y, J
 
 
@@ -46,14 +47,14 @@ class TaskRates(TaskRows):
 
     def __call__(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return yd, shape (k, rows), and its derivatives, shape (k, rows, nx)."""
-        own, n = self._dynamics, self._dynamics.n
+        dynamics, n = self._dynamics, self._dynamics.n
         yd, J = np.empty((len(x), len(self._rows))), np.zeros((len(x), len(self._rows), self._nx))
         for k, row in enumerate(x):
             q, qd = row[:n], row[n : 2 * n]
-            J[k, :, n : 2 * n] = own.task_jacobian(q)[self._rows]
+            J[k, :, n : 2 * n] = dynamics.task_jacobian(q)[self._rows]
             yd[k] = J[k, :, n : 2 * n] @ qd
             for j, unit in enumerate(np.eye(n)):
-                change = own.task_bias(q, qd + unit) - own.task_bias(q, qd - unit)
+                change = dynamics.task_bias(q, qd + unit) - dynamics.task_bias(q, qd - unit)
                 J[k, :, j] = 0.25 * change[self._rows]
         return yd, J
 
@@ -82,15 +83,16 @@ def task_bounds(
     Raises:
         InputError: The start is beyond the bounds, or a maximum is below the minimum.
     """
-    k, own = len(dynamics.task_names), motion.bounds
-    low, high = override(np.full(k, -np.inf), own.y_min), override(np.full(k, np.inf), own.y_max)
+    k, bounds = len(dynamics.task_names), motion.bounds
+    low = override(np.full(k, -np.inf), bounds.y_min)
+    high = override(np.full(k, np.inf), bounds.y_max)
     y = dynamics.task_position(experiment.start.q)
     for name, least, most, value in zip(dynamics.task_names, low, high, y, strict=True):
         require_order(experiment, f"y_max.{name}", least, most)
         if nodes[0] and not least <= value <= most:
-            what = f"{name} starts at {value:.6g}, beyond its bounds {least:.6g} to {most:.6g}"
+            problem = f"{name} starts at {value:.6g}, beyond its bounds {least:.6g} to {most:.6g}"
             key = f"y_min.{name}" if value < least else f"y_max.{name}"
-            raise InputError(what, file=experiment.file, key=f"motion.bounds.{key}")
+            raise InputError(problem, file=experiment.file, key=f"motion.bounds.{key}")
     rows = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
     if not len(rows):
         return []

@@ -40,23 +40,23 @@ def obstacle_constraints(
     found, notes = list[NodeConstraint](), dict[str, None]()
     x = np.zeros((1, nx))
     x[0, : dynamics.n] = experiment.start.q
-    for k, own in enumerate(motion.obstacles):
+    for k, obstacle in enumerate(motion.obstacles):
         key = f"motion.obstacles[{k}]"
         try:
-            segments = _segments(dynamics.robot, own)
+            segments = _segments(dynamics.robot, obstacle)
         except InputError as error:
             error.file, error.key = experiment.file, f"{key}.{error.key}"
             raise
-        notes |= dict.fromkeys(_neglected_wraps(dynamics.robot, own))
-        axis = np.array([own.centre, own.end or own.centre])
+        notes |= dict.fromkeys(_neglected_wraps(dynamics.robot, obstacle))
+        axis = np.array([obstacle.centre, obstacle.end or obstacle.centre])
         distances = SegmentDistances(dynamics.robot, segments, axis, nx)
-        names, least = tuple(each.name for each in segments), own.radius + own.clearance
+        names, least = tuple(each.name for each in segments), obstacle.radius + obstacle.clearance
         start = distances(x)[0][0]
         if nodes[0] and start.min() < least:
-            from_what = "centre" if own.end is None else "axis"
-            what = f"contains {names[start.argmin()]} at the start, {start.min():.4g} m from its"
-            what = f"{what} {from_what}"
-            raise InputError(what, file=experiment.file, key=key)
+            origin = "centre" if obstacle.end is None else "axis"
+            problem = f"contains {names[start.argmin()]} at the start, {start.min():.4g} m from its"
+            problem = f"{problem} {origin}"
+            raise InputError(problem, file=experiment.file, key=key)
         low, high = np.full(len(names), least), np.full(len(names), np.inf)
         name = key.partition(".")[2]
         found.append(NodeConstraint(name, names, nodes, distances, low, high))
@@ -74,15 +74,15 @@ def passages(
         x: States, shape (k, nx).
     """
     lines = []
-    for own in constraints:
-        if len(own.nodes) == 1 or own.shares is not None:
+    for path in constraints:
+        if len(path.nodes) == 1 or path.shares is not None:
             continue
-        miss = excess(own.evaluate(x)[0], own.low, own.high)
+        miss = excess(path.evaluate(x)[0], path.low, path.high)
         k, row = np.unravel_index(int(miss.argmax()), miss.shape)
         if miss[k, row] > _PASSAGE:
-            what = f"the motion violates {own.name}.{own.rows[row]} by up to {miss[k, row]:.3g}"
-            hint = "increase motion.intervals" + " or clearance" * own.name.startswith("obstacles")
-            lines.append(f"{what} between nodes, at t = {times[k]:.4g} s; {hint}")
+            text = f"the motion violates {path.name}.{path.rows[row]} by up to {miss[k, row]:.3g}"
+            hint = "increase motion.intervals" + " or clearance" * path.name.startswith("obstacles")
+            lines.append(f"{text} between nodes, at t = {times[k]:.4g} s; {hint}")
     return tuple(lines)
 
 
@@ -98,20 +98,20 @@ def between_nodes(problem: OptimalProblem, at: Iterate, step: float) -> tuple[No
     """
     N, found = problem.intervals, list[NodeConstraint]()
     count = int(np.clip(np.ceil(at.duration / N / step), _MIN_SHARES, _MAX_SHARES))
-    paths = [own for own in problem.constraints if len(own.nodes) > 1 and own.shares is None]
+    paths = [path for path in problem.constraints if len(path.nodes) > 1 and path.shares is None]
     x = inner_states(problem, at, count) if paths else None
     if x is None:
         return ()
-    for own in paths:
-        low = np.where(own.low < own.high, own.low, -np.inf)  # equalities hold at nodes only
-        high = np.where(own.low < own.high, own.high, np.inf)
-        g = own.evaluate(x)[0].reshape(N, count + 1, -1)
+    for path in paths:
+        low = np.where(path.low < path.high, path.low, -np.inf)  # equalities hold at nodes only
+        high = np.where(path.low < path.high, path.high, np.inf)
+        g = path.evaluate(x)[0].reshape(N, count + 1, -1)
         miss = np.maximum(low - g, g - high)
         places = {place for k in range(N) for place in _peaks(k, miss[k])}
         if places:
             inside = np.array(sorted(places)).T
             found.append(
-                replace(own, nodes=inside[0].astype(int), low=low, high=high, shares=inside[1])
+                replace(path, nodes=inside[0].astype(int), low=low, high=high, shares=inside[1])
             )
     return tuple(found)
 
@@ -139,15 +139,15 @@ def against_jumps(problem: OptimalProblem, at: Iterate) -> tuple[NodeConstraint,
         at: The motion without obstacles.
     """
     N, found = problem.intervals, list[NodeConstraint]()
-    for own in problem.constraints:
-        if isinstance(own.evaluate, SegmentDistances):
-            gaps, _ = own.evaluate.nearest(at.x[:, : own.evaluate.n])
-            steps = np.linalg.norm(np.diff(gaps, axis=0), axis=2) / own.low
+    for constraint in problem.constraints:
+        if isinstance(constraint.evaluate, SegmentDistances):
+            gaps, _ = constraint.evaluate.nearest(at.x[:, : constraint.evaluate.n])
+            steps = np.linalg.norm(np.diff(gaps, axis=0), axis=2) / constraint.low
             count = min(int(np.ceil(steps.max())), _MAX_SPACED)
             if count > 1:
                 shares = np.tile(np.arange(1, count) / count, N)
                 nodes = np.repeat(np.arange(N), count - 1)
-                found.append(replace(own, nodes=nodes, shares=shares))
+                found.append(replace(constraint, nodes=nodes, shares=shares))
     return tuple(found)
 
 
@@ -178,14 +178,14 @@ def _peaks(node: int, miss: FloatArray) -> list[tuple[int, float]]:
     return found
 
 
-def _segments(robot: Robot, own: ObstacleSettings) -> list[Segment]:
+def _segments(robot: Robot, obstacle: ObstacleSettings) -> list[Segment]:
     """Return the segments of the parts of a robot for an obstacle.
 
     Raises:
         InputError: A part does not exist or is not supported; its key is relative to the obstacle.
     """
     points = {frame.name: frame for frame in robot.task_frames if not frame.is_orientation}
-    names = own.points or (() if own.links or own.cables else tuple(points))
+    names = obstacle.points or (() if obstacle.links or obstacle.cables else tuple(points))
     found = []
     for name in _chosen("end-effector point", "points", names, list(points)):
         frame = points[name]
@@ -193,19 +193,19 @@ def _segments(robot: Robot, own: ObstacleSettings) -> list[Segment]:
         found.append(Segment(name, place, place, "".join(frame.axes)))
     along = {link.name: _along(robot, link.name) for link in robot.links}
     moving = [name for name, segments in along.items() if segments]
-    for name in _chosen("link with a length", "links", own.links, moving):
+    for name in _chosen("link with a length", "links", obstacle.links, moving):
         found += along[name]
     paths = {muscle.name: muscle for muscle in robot.muscles if len(muscle.via_points) > 1}
-    for name in _chosen("muscle with via points", "cables", own.cables, list(paths)):
+    for name in _chosen("muscle with via points", "cables", obstacle.cables, list(paths)):
         via = paths[name].via_points
         if any(point.moves or point.when is not None for point in via):
-            what = f"{name!r} has moving or conditional points, which are not supported"
-            raise InputError(what, key="cables")
+            problem = f"{name!r} has moving or conditional points, which are not supported"
+            raise InputError(problem, key="cables")
         places = [(point.link, point.position) for point in via]
         found += [Segment(name, *pair) for pair in pairwise(places)]
     if not found:
-        what = "has no parts that avoid it; set points, links or cables"
-        raise InputError(what, key="points")
+        problem = "has no parts that avoid it; set points, links or cables"
+        raise InputError(problem, key="points")
     return found
 
 
@@ -228,12 +228,12 @@ def _chosen(kind: str, key: str, names: Sequence[str], known: list[str]) -> list
     return known if EVERY_OTHER in names else list(dict.fromkeys(names))
 
 
-def _neglected_wraps(robot: Robot, own: ObstacleSettings) -> list[str]:
+def _neglected_wraps(robot: Robot, obstacle: ObstacleSettings) -> list[str]:
     """Return notes about muscles with wraps, whose segments are not straight."""
     wrapped = [
         muscle.name
         for muscle in robot.muscles
-        if muscle.wraps and {muscle.name, EVERY_OTHER} & set(own.cables)
+        if muscle.wraps and {muscle.name, EVERY_OTHER} & set(obstacle.cables)
     ]
-    what = "obstacles neglect wrap surfaces between the via points of"
-    return [f"{what} {', '.join(wrapped)}"] if wrapped else []
+    note = "obstacles neglect wrap surfaces between the via points of"
+    return [f"{note} {', '.join(wrapped)}"] if wrapped else []

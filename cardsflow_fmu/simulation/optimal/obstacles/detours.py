@@ -45,9 +45,9 @@ def detours(problem: OptimalProblem, free: Iterate, n: int) -> Iterator[Iterate]
         free: The motion that ignores the obstacles.
         n: Number of coordinates, which are the first states.
     """
-    paths = [own for own in problem.constraints if len(own.nodes) > 1 and own.shares is None]
+    paths = [each for each in problem.constraints if len(each.nodes) > 1 and each.shares is None]
     fixed = np.flatnonzero((problem.x_low == problem.x_high)[:, :n].all(axis=1))
-    goals = [int(own.nodes[0]) for own in problem.constraints if len(own.nodes) == 1]
+    goals = [int(each.nodes[0]) for each in problem.constraints if len(each.nodes) == 1]
     nodes = sorted({0, *fixed.tolist(), *goals, problem.intervals})
     found = list[tuple[float, Iterate]]()
     for seed in range(_PATHS):
@@ -94,11 +94,11 @@ class _Poses:
         self._low = np.where(np.isfinite(limits[0]), limits[0], low - reach)
         self._high = np.where(np.isfinite(limits[1]), limits[1], high + reach)
         steps = [0.1 * float((high - low).max())]
-        for own in paths:
-            if isinstance(own.evaluate, SegmentDistances):
-                slopes = own.evaluate.nearest(q)[1]
+        for path in paths:
+            if isinstance(path.evaluate, SegmentDistances):
+                slopes = path.evaluate.nearest(q)[1]
                 fastest = np.linalg.norm(slopes, axis=(2, 3)).max()
-                steps.append(_STEP * float(own.low.min()) / max(float(fastest), 1e-9))
+                steps.append(_STEP * float(path.low.min()) / max(float(fastest), 1e-9))
         self._step = min(steps)
 
     def path(self, start: FloatArray, end: FloatArray) -> FloatArray | None:
@@ -157,8 +157,8 @@ class _Poses:
         x = np.zeros((len(q), self._nx))
         x[:, : self._n] = q
         free = np.ones(len(q), dtype=bool)
-        for own in self._paths:
-            free &= (excess(own.evaluate(x)[0], own.low, own.high) == 0.0).all(axis=1)
+        for path in self._paths:
+            free &= (excess(path.evaluate(x)[0], path.low, path.high) == 0.0).all(axis=1)
         return free
 
 

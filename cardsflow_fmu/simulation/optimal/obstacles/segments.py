@@ -44,11 +44,11 @@ class SegmentDistances:
     """
 
     def __init__(self, robot: Robot, segments: list[Segment], axis: FloatArray, nx: int) -> None:
-        points = list(dict.fromkeys(each for own in segments for each in (own.start, own.end)))
+        points = list(dict.fromkeys(end for one in segments for end in (one.start, one.end)))
         moving = [each for each in points if each[0] != WORLD]
         frames = tuple(TaskFrame(f"point_{k}", *each) for k, each in enumerate(moving))
-        own = replace(robot, task_sets=(TaskSet("obstacles", frames),), task_set="obstacles")
-        self._paths = MusclePaths(own if frames else robot)
+        extended = replace(robot, task_sets=(TaskSet("obstacles", frames),), task_set="obstacles")
+        self._paths = MusclePaths(extended if frames else robot)
         self.n, self._nx = len(robot.coordinates), nx
         self._moving = np.array([each in moving for each in points])
         self._fixed = np.array([position for _, position in points], dtype=float)
