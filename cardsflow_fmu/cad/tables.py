@@ -272,13 +272,13 @@ def read_rows(
 def _columns(
     cells: Sequence[str], required: Sequence[str], optional: Sequence[str], file: Path, line: int
 ) -> list[tuple[str, str]]:
-    known = (*required, *optional)
+    allowed = (*required, *optional)
     columns = []
     for cell in cells:
         match = _HEADER.fullmatch(cell.strip())
         name = " ".join((match["name"] if match else cell).lower().replace("_", " ").split())
-        if match is None or name not in known:
-            raise InputError(unknown("column", cell.strip(), known), file=file, line=line)
+        if match is None or name not in allowed:
+            raise InputError(unknown("column", cell.strip(), allowed), file=file, line=line)
         columns.append((name, (match["unit"] or "").strip()))
     names = [name for name, _ in columns]
     for name in required:

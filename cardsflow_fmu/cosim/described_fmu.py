@@ -58,8 +58,8 @@ class DescribedFmu(Idle):
         """
         by_element = {name: signal for signal in signals for name in signal.names}
         groups = {name: members(name, by_element) for name in values}
-        for name, found in groups.items():
-            if not found:
+        for name, elements in groups.items():
+            if not elements:
                 raise UnknownNameError("variable", name, by_element, file=self._file)
         expanded = {m: value for name, value in values.items() for m in groups[name]}
         values = expanded | {name: value for name, value in values.items() if name in by_element}

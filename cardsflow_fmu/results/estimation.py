@@ -164,8 +164,8 @@ def updated_calibration(experiment: Experiment, summary: Mapping[str, Any]) -> d
     rows = summary["estimation"]["offsets"]
     new = {name: row["end" if name in changed else "start"] for name, row in rows.items()}
     parameters = {f"muscles.{name}.offset": row for name, row in changed.items()}
-    found = data.get("parameters")
-    for one in found if isinstance(found, list) else ():
+    entries = data.get("parameters")
+    for one in entries if isinstance(entries, list) else ():
         if isinstance(one, dict) and (row := parameters.get(str(one.get("name")))):
             one |= {"change": row["end"], "sd": row["sd"]}
     return {UPDATED_CALIBRATION: json_text({**data, "offsets": new}, indent=1) + "\n"}

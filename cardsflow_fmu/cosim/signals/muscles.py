@@ -63,18 +63,18 @@ def commanded_muscles(robot: Robot) -> list[int]:
     return [*ideal_muscles(robot), *driven_muscles(robot)]
 
 
-def tension_signals(robot: Robot, known: Collection[str] = ()) -> list[str]:
+def tension_signals(robot: Robot, names: Collection[str] = ()) -> list[str]:
     """Return the names of the signals with the actual tension of each muscle, in the order of f.
 
     They are `tension.<muscle>` for muscles with a muscle law, otherwise the command `f.<muscle>`.
 
     Args:
-        known: Names of the signals of a run. If they contain `tension.<muscle>` of a muscle without
+        names: Names of the signals of a run. If they contain `tension.<muscle>` of a muscle without
             a muscle law, this signal is used.
     """
     forces, tensions = muscle_signals(FORCE, robot), muscle_signals(TENSION, robot)
     return [
-        tension if is_modelled(muscle) or tension in known else force
+        tension if is_modelled(muscle) or tension in names else force
         for muscle, force, tension in zip(robot.muscles, forces, tensions, strict=True)
     ]
 

@@ -105,8 +105,8 @@ def _convert_error(error: Mapping[str, Any], model: type[BaseModel]) -> list[Inp
             one.key = join_keys(key, one.key)
         return cause.errors
     if error["type"] == "extra_forbidden":
-        known = keys_of(_table_at(model, place[:-1]))
-        return [UnknownNameError("key", str(place[-1]), known, key=key)]
+        keys = keys_of(_table_at(model, place[:-1]))
+        return [UnknownNameError("key", str(place[-1]), keys, key=key)]
     if error["type"] == "literal_error":
         return [_choice_error(value, _field_at(model, place), key)]
     if error["type"] == "float_type" and isinstance(value, dict):

@@ -54,10 +54,10 @@ class Context:
         """Return an error with file and full key."""
         return InputError(problem, file=self.file, key=key)
 
-    def require(self, key: str, kind: str, name: str, known: Collection[str]) -> None:
+    def require(self, key: str, kind: str, name: str, names: Collection[str]) -> None:
         """Check that a name exists."""
-        if name not in known:
-            raise UnknownNameError(kind, name, known, file=self.file, key=key)
+        if name not in names:
+            raise UnknownNameError(kind, name, names, file=self.file, key=key)
 
     @contextlib.contextmanager
     def at(self, key: str) -> Iterator[None]:

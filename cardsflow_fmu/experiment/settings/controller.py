@@ -312,17 +312,17 @@ def read_controller(
     start: StartSettings,
 ) -> ControllerSettings:
     """Read the table [controller], for a reference in a space."""
-    fitting = [name for name, known in TYPES.items() if known.space == space]
+    fitting = [name for name, entry in TYPES.items() if entry.space == space]
     name = data.get("type", fitting[0])
     if name == MPC:
         data = {"space": space, **data}
     law = control_type(name, data.get("space"))
     if law.space != space:
         problem = f"{name!r} cannot follow a reference in {space} space"
-        known = f"use {' or '.join(map(repr, fitting))}"
+        hint = f"use {' or '.join(map(repr, fitting))}"
         custom = f'set controller.space = "{space}"'
         is_open = name == POLICY or CustomLaw.of(name) is not None
-        problem += f"; {custom if is_open else known}"
+        problem += f"; {custom if is_open else hint}"
         raise context.error("controller.type", problem)
     exact = math.inf if law.task_weight is None else law.task_weight
     weights = dict.fromkeys(("weights", "motor_weights"), law.force_weight)

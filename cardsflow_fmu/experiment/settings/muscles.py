@@ -116,9 +116,9 @@ def _as_table(model: Any) -> Any:
     return {"kind": _kind(model, _MODELS)}
 
 
-def _kind(kind: str, known: Iterable[str] = MUSCLE_LAWS) -> str:
+def _kind(kind: str, kinds: Iterable[str] = MUSCLE_LAWS) -> str:
     if kind not in MUSCLE_LAWS and CustomLaw.of(kind) is None:
-        raise SettingError(UnknownNameError("muscle model", kind, [*known, CUSTOM_LAW_FORM]))
+        raise SettingError(UnknownNameError("muscle model", kind, [*kinds, CUSTOM_LAW_FORM]))
     return kind
 
 
@@ -256,20 +256,20 @@ def _apply_settings(
         raise InputError(f"f_min must be at most f_max, not {f_min!r} N with f_max {f_max!r} N")
     model = muscle.model
     if changes.model is not None:
-        given = changes.model.data()
-        custom = CustomLaw.of(given.get("kind", ""))
+        values = changes.model.data()
+        custom = CustomLaw.of(values.get("kind", ""))
         if custom is not None:
-            model = _custom_model(custom._replace(file=folder / custom.file), given)
+            model = _custom_model(custom._replace(file=folder / custom.file), values)
         else:
-            if "parameters" in given:
+            if "parameters" in values:
                 problem = (
                     f"is only for custom laws ({CUSTOM_LAW_FORM}); set parameters as keys of model"
                 )
                 raise InputError(problem, key="model.parameters")
-            given = _resolve_expressions(given, replace(muscle, f_max=f_max), changes, lengths)
-            model = _model(given, muscle.model)
-    given = {"friction": changes.friction, "presliding": changes.presliding}
-    friction = {key: value for key, value in given.items() if value is not None}
+            values = _resolve_expressions(values, replace(muscle, f_max=f_max), changes, lengths)
+            model = _model(values, muscle.model)
+    values = {"friction": changes.friction, "presliding": changes.presliding}
+    friction = {key: value for key, value in values.items() if value is not None}
     return replace(muscle, f_min=f_min, f_max=f_max, model=model, **friction)
 
 
@@ -305,10 +305,10 @@ def _model(values: dict[str, Any], current: CableModel) -> CableModel:
         raise UnknownNameError("muscle model", kind, MUSCLE_LAWS, key="model.kind")
     if kind != base.kind:
         raise InputError(f"{preset!r} has the law {base.kind!r}, not {kind!r}", key="model.preset")
-    known = [parameter.name for parameter in MUSCLE_LAWS[kind].parameters]
+    names = [parameter.name for parameter in MUSCLE_LAWS[kind].parameters]
     for name in values:
-        if name not in known:
-            raise UnknownNameError("key", name, ["preset", "kind", *known], key=f"model.{name}")
+        if name not in names:
+            raise UnknownNameError("key", name, ["preset", "kind", *names], key=f"model.{name}")
     parameters = dict(base.parameters) | values
     for parameter in MUSCLE_LAWS[kind].parameters:
         _check_parameter(parameter, parameters.get(parameter.name, parameter.default), kind)

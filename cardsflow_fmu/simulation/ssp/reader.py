@@ -69,7 +69,7 @@ def read_system(folder: Path, variant: str | None = None) -> System:
 
 
 def _elements(system: Any, file: Path) -> list[Any]:
-    found = []
+    selected = []
     for elements in children(system, "Elements"):
         for element in elements.iterchildren(tag=etree.Element):
             if local(element) != "Component":
@@ -79,10 +79,10 @@ def _elements(system: Any, file: Path) -> list[Any]:
                     file=file,
                     line=element.sourceline,
                 )
-            found.append(element)
-    if not found:
+            selected.append(element)
+    if not selected:
         raise InputError("the system has no components", file=file)
-    return found
+    return selected
 
 
 def _component(element: Any, folder: Path, file: Path, units: dict[str, Unit]) -> Component:

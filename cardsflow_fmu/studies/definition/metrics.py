@@ -146,8 +146,8 @@ def _energy(result: Result, box: Box | None, muscle: str | None) -> float:
 
 def _count(key: str) -> Callable[[Result, Box | None, str | None], float]:
     def count(result: Result, box: Box | None, muscle: str | None) -> float:
-        found = result.summary[key]
-        return math.nan if found is None else found
+        value = result.summary[key]
+        return math.nan if value is None else value
 
     return count
 

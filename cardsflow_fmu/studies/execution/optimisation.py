@@ -43,31 +43,31 @@ class Search:
 def optimise(study: Study, fingerprint: str, run_generation: RunGeneration) -> Search:
     """Search for the best robot, once for each seed."""
     assert study.optimise is not None
-    found, settings = Search(), study.optimise
+    result, settings = Search(), study.optimise
     dimensions = sum(has_range(variation) for variation in study.variations)
     for number in settings.seeds:
-        history = found.history.setdefault(f"seed {number}", [])
+        history = result.history.setdefault(f"seed {number}", [])
         lowest = _VIOLATION
 
         def evaluate(points: Sequence[FloatArray], history: list[float] = history) -> list[float]:
             nonlocal lowest
-            begin = len(found.runs)
+            begin = len(result.runs)
             runs = [
                 make_run(study, fingerprint, begin + k, values_at(study.variations, point.tolist()))
                 for k, point in enumerate(points)
             ]
             outcomes = run_generation(runs)
-            found.runs += zip(runs, outcomes, strict=True)
+            result.runs += zip(runs, outcomes, strict=True)
             costs = [cost(settings, outcome) for outcome in outcomes]
             for k, value in enumerate(costs):
-                if value < found.lowest:
-                    found.best, found.lowest = begin + k, value
+                if value < result.lowest:
+                    result.best, result.lowest = begin + k, value
             lowest = min(lowest, *costs)
             history.append(_objective(settings, lowest) if lowest < _VIOLATION else math.nan)
             return costs
 
         search(settings, dimensions, study.seed + number, evaluate)
-    return found
+    return result
 
 
 def cost(settings: Optimise, outcome: Outcome) -> float:
