@@ -38,7 +38,7 @@ def custom_costs(
     except InputError as error:
         error.key = error.key or "motion.cost.function"
         raise
-    instance, found = call_custom(file, kind), list[NodeCost]()
+    instance, costs = call_custom(file, kind), list[NodeCost]()
     for method in ("running", "final"):
         if getattr(kind, method) is getattr(MotionCost, method):
             continue
@@ -46,11 +46,11 @@ def custom_costs(
         function = _Function(instance, method, file, dynamics, nodes / N, nx)
         function.check(np.concatenate([experiment.start.q, experiment.start.qd]))
         values = function.value, function.gradient
-        found.append(function_cost(nodes, method == "running", *values, 2 * dynamics.n))
-    if not found:
+        costs.append(function_cost(nodes, method == "running", *values, 2 * dynamics.n))
+    if not costs:
         problem = f"{law.name} defines neither running nor final; define one of them"
         raise InputError(problem, file=file)
-    return found
+    return costs
 
 
 class _Function:
@@ -85,11 +85,11 @@ class _Function:
 
     def gradient(self, x: FloatArray) -> FloatArray:
         """Return the gradients at states, shape (k, nx)."""
-        found = np.zeros((len(x), self._nx))
+        gradients = np.zeros((len(x), self._nx))
         slope = self._differences if self._slope is None else self._given
         for k, (row, s) in enumerate(zip(x, self._fractions, strict=True)):
-            found[k, : 2 * self._dynamics.n] = slope(row, s)
-        return found
+            gradients[k, : 2 * self._dynamics.n] = slope(row, s)
+        return gradients
 
     def check(self, start: FloatArray) -> None:
         """Compare a custom gradient with finite differences near the start, shape (2 n,)."""
@@ -122,19 +122,19 @@ class _Function:
     def _given(self, x: FloatArray, fraction: float) -> FloatArray:
         assert self._slope is not None
         state, n, slope = self._state(x, fraction), self._dynamics.n, self._slope
-        found = call_custom(
+        parts = call_custom(
             self._file, lambda: [np.asarray(k, dtype=np.float64) for k in slope(state)]
         )
-        if [k.shape for k in found] != [(n,), (n,)] or not np.isfinite(found).all():
+        if [k.shape for k in parts] != [(n,), (n,)] or not np.isfinite(parts).all():
             problem = f"{self._name}_gradient must return two finite arrays of shape ({n},)"
             raise InputError(f"{problem}: the derivatives by q and qd", file=self._file)
-        return np.concatenate(found)
+        return np.concatenate(parts)
 
     def _differences(self, x: FloatArray, fraction: float) -> FloatArray:
-        found = np.empty(2 * self._dynamics.n)
-        for k in range(len(found)):
+        slope = np.empty(2 * self._dynamics.n)
+        for k in range(len(slope)):
             step = np.zeros(len(x))
             step[k] = _STEP
             ahead, behind = self._one(x + step, fraction), self._one(x - step, fraction)
-            found[k] = (ahead - behind) / (2.0 * _STEP)
-        return found
+            slope[k] = (ahead - behind) / (2.0 * _STEP)
+        return slope

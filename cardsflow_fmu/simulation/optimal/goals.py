@@ -124,7 +124,7 @@ def fix_goals(
     x_high: FloatArray,
 ) -> Goals:
     """Fix the states of the goals in the bounds; return the other goals."""
-    found, n, nx = Goals([], []), dynamics.n, x_low.shape[1]
+    goals, n, nx = Goals([], []), dynamics.n, x_low.shape[1]
     speeds = n + np.flatnonzero(~dependent(experiment, n))
     for k, goal in enumerate(motion.goals):
         key = f"motion.goals[{k}]"
@@ -133,8 +133,8 @@ def fix_goals(
         if goal.rest or goal.hold or (goal.rest is None and is_end):
             x_low[node : last + 1, speeds] = x_high[node : last + 1, speeds] = 0.0
         targets = np.array([*(goal.q or [np.nan] * n), *(goal.qd or [np.nan] * n)])
-        given = np.flatnonzero(~np.isnan(targets))
-        for j in given.tolist():
+        indices = np.flatnonzero(~np.isnan(targets))
+        for j in indices.tolist():
             value, low, high = float(targets[j]), x_low[node, j], x_high[node, j]
             if not low <= value <= high:
                 problem = f"must be within the bounds {low:.6g} to {high:.6g}, not {value!r}"
@@ -148,15 +148,15 @@ def fix_goals(
         ]
         tasks = [task for task in tasks if task.rows]
         if goal.weight is None:
-            found.constraints.extend(tasks)
+            goals.constraints.extend(tasks)
             continue
         pairs = [(task.evaluate, task.low) for task in tasks]
-        if len(given):
-            pairs.append((StateRows(given, nx), targets[given]))
+        if len(indices):
+            pairs.append((StateRows(indices, nx), targets[indices]))
         for evaluate, target in pairs:
             weights, nodes = np.full(len(target), goal.weight), np.array([node])
-            found.costs.append(squares(nodes, False, evaluate, weights, target))
-    return found
+            goals.costs.append(squares(nodes, False, evaluate, weights, target))
+    return goals
 
 
 def _task_goal(

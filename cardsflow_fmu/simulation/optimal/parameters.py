@@ -66,14 +66,14 @@ class FreeParameters:
 
     def lines(self, p: FloatArray) -> list[str]:
         """Return a line about each parameter: value before and after, and active bounds."""
-        parameters, found = self.parameters, []
+        parameters, lines = self.parameters, []
         near = _AT_BOUND * (parameters.high - parameters.low)
         for k, name in enumerate(parameters.names):
             at = "at the largest value" if p[k] >= parameters.high[k] - near[k] else ""
             at = "at the smallest value" if p[k] <= parameters.low[k] + near[k] else at
             line = f"{name}: {parameters.nominal[k]:.6g} -> {p[k]:.6g}"
-            found.append(f"{line} ({at})" if at else line)
-        return found
+            lines.append(f"{line} ({at})" if at else line)
+        return lines
 
     def robot_at(self, p: FloatArray) -> Robot:
         """Return the robot with values p, shape (np,)."""
@@ -164,10 +164,10 @@ def _name(table: ParameterSettings, element: int) -> str:
 
 def _changes(path: str, value: Any) -> dict[str, Any]:
     """Return the nested tables below [robot] that set a value."""
-    for part in reversed(split_path(path)[1:]):
-        value = {part: value}
-    found: dict[str, Any] = value
-    return found
+    for name in reversed(split_path(path)[1:]):
+        value = {name: value}
+    changes: dict[str, Any] = value
+    return changes
 
 
 def _value(
@@ -180,8 +180,8 @@ def _value(
         if len(parts) < 4 or parts[0] != "robot" or parts[1] not in KINDS:
             problem = "must begin with " + ", ".join(f"robot.{kind}" for kind in KINDS)
             raise InputError(f"{problem}, and name a part and its number, not {table.path!r}")
-        given = table.low if len(table.low) > 1 else table.low[0]
-        changes = _changes(table.path, list(given) if isinstance(given, tuple) else given)
+        bound = table.low if len(table.low) > 1 else table.low[0]
+        changes = _changes(table.path, list(bound) if isinstance(bound, tuple) else bound)
         with_overrides(robot, changes, experiment.file, "robot")
         nominal = nominal_value(experiment, table.path)
     except InputError as error:

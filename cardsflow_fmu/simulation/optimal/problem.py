@@ -102,8 +102,8 @@ class MotionProblem(NamedTuple):
     def _ends(self, at: Iterate, steps: int) -> FloatArray:
         """Return the ends of the intervals with a number of substeps; infinite if they diverge."""
         with self.shooting.using(steps):
-            found = self.problem.run(at, derivatives=False)
-        return np.full_like(at.x[1:], np.inf) if found is None else found.ends
+            intervals = self.problem.run(at, derivatives=False)
+        return np.full_like(at.x[1:], np.inf) if intervals is None else intervals.ends
 
 
 def _errors(one: FloatArray, other: FloatArray) -> FloatArray:
@@ -190,18 +190,18 @@ def _linear_constraints(
     control_names: tuple[str, ...],
 ) -> list[LinearConstraint]:
     """Return the limits of force rates, and the conditions of a periodic motion."""
-    found, n, nx, N = list[LinearConstraint](), shooting.n, shooting.nx, motion.intervals
+    constraints, n, nx, N = list[LinearConstraint](), shooting.n, shooting.nx, motion.intervals
     if motion.bounds.f_rate_max:
         limits = np.nan_to_num(np.array(motion.bounds.f_rate_max), nan=np.inf)
         driven = limits[drives]
         if np.isfinite(driven).any():
-            found.append(limited_rates(driven, control_names, N, nx))
+            constraints.append(limited_rates(driven, control_names, N, nx))
     if motion.periodic:
         advance = advances(experiment, motion)
         change = np.concatenate([advance, 0.0 * advance, np.zeros(nx - 2 * n)])
         chosen = np.flatnonzero(~np.isnan(change))
-        found.append(periodic(chosen, change[chosen], state_names, (N + 1, nx), shooting.nu))
-    return found
+        constraints.append(periodic(chosen, change[chosen], state_names, (N + 1, nx), shooting.nu))
+    return constraints
 
 
 def _frictionless(robot: Robot) -> tuple[Robot, tuple[str, ...]]:

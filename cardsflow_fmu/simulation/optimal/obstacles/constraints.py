@@ -37,7 +37,7 @@ def obstacle_constraints(
     Raises:
         InputError: A part does not exist or is not supported, or starts inside an obstacle.
     """
-    found, notes = list[NodeConstraint](), dict[str, None]()
+    constraints, notes = list[NodeConstraint](), dict[str, None]()
     x = np.zeros((1, nx))
     x[0, : dynamics.n] = experiment.start.q
     for k, obstacle in enumerate(motion.obstacles):
@@ -59,8 +59,8 @@ def obstacle_constraints(
             raise InputError(problem, file=experiment.file, key=key)
         low, high = np.full(len(names), least), np.full(len(names), np.inf)
         name = key.partition(".")[2]
-        found.append(NodeConstraint(name, names, nodes, distances, low, high))
-    return found, tuple(notes)
+        constraints.append(NodeConstraint(name, names, nodes, distances, low, high))
+    return constraints, tuple(notes)
 
 
 def passages(
@@ -96,7 +96,7 @@ def between_nodes(problem: OptimalProblem, at: Iterate, step: float) -> tuple[No
         at: A motion.
         step: Distance of the checked points in time, in [s].
     """
-    N, found = problem.intervals, list[NodeConstraint]()
+    N, constraints = problem.intervals, list[NodeConstraint]()
     count = int(np.clip(np.ceil(at.duration / N / step), _MIN_SHARES, _MAX_SHARES))
     paths = [path for path in problem.constraints if len(path.nodes) > 1 and path.shares is None]
     x = inner_states(problem, at, count) if paths else None
@@ -110,10 +110,10 @@ def between_nodes(problem: OptimalProblem, at: Iterate, step: float) -> tuple[No
         places = {place for k in range(N) for place in _peaks(k, miss[k])}
         if places:
             inside = np.array(sorted(places)).T
-            found.append(
+            constraints.append(
                 replace(path, nodes=inside[0].astype(int), low=low, high=high, shares=inside[1])
             )
-    return tuple(found)
+    return tuple(constraints)
 
 
 def inner_states(problem: OptimalProblem, at: Iterate, count: int) -> FloatArray | None:
@@ -138,7 +138,7 @@ def against_jumps(problem: OptimalProblem, at: Iterate) -> tuple[NodeConstraint,
         problem: The problem.
         at: The motion without obstacles.
     """
-    N, found = problem.intervals, list[NodeConstraint]()
+    N, constraints = problem.intervals, list[NodeConstraint]()
     for constraint in problem.constraints:
         if isinstance(constraint.evaluate, SegmentDistances):
             gaps, _ = constraint.evaluate.nearest(at.x[:, : constraint.evaluate.n])
@@ -147,8 +147,8 @@ def against_jumps(problem: OptimalProblem, at: Iterate) -> tuple[NodeConstraint,
             if count > 1:
                 shares = np.tile(np.arange(1, count) / count, N)
                 nodes = np.repeat(np.arange(N), count - 1)
-                found.append(replace(constraint, nodes=nodes, shares=shares))
-    return tuple(found)
+                constraints.append(replace(constraint, nodes=nodes, shares=shares))
+    return tuple(constraints)
 
 
 def is_blocked(problem: OptimalProblem, at: Iterate) -> bool:
@@ -165,7 +165,7 @@ def _peaks(node: int, miss: FloatArray) -> list[tuple[int, float]]:
         node: The node.
         miss: Violations at equal distances in the interval, shape (k + 1, rows).
     """
-    found = list[tuple[int, float]]()
+    peaks = list[tuple[int, float]]()
     count, best = len(miss) - 1, miss.argmax(axis=0)
     for row, j in enumerate(best.tolist()):
         if miss[j, row] <= _INSIDE or j in (0, count):
@@ -173,9 +173,9 @@ def _peaks(node: int, miss: FloatArray) -> list[tuple[int, float]]:
         before, here, after = miss[j - 1 : j + 2, row].tolist()
         bend = before - 2.0 * here + after
         share = (j + (0.5 * (before - after) / bend if bend < 0.0 else 0.0)) / count
-        if all(abs(share - other) > _SAME for _, other in found):
-            found.append((node, share))
-    return found
+        if all(abs(share - other) > _SAME for _, other in peaks):
+            peaks.append((node, share))
+    return peaks
 
 
 def _segments(robot: Robot, obstacle: ObstacleSettings) -> list[Segment]:
@@ -186,15 +186,15 @@ def _segments(robot: Robot, obstacle: ObstacleSettings) -> list[Segment]:
     """
     points = {frame.name: frame for frame in robot.task_frames if not frame.is_orientation}
     names = obstacle.points or (() if obstacle.links or obstacle.cables else tuple(points))
-    found = []
+    chosen = []
     for name in _chosen("end-effector point", "points", names, list(points)):
         frame = points[name]
         place = frame.link, frame.position
-        found.append(Segment(name, place, place, "".join(frame.axes)))
+        chosen.append(Segment(name, place, place, "".join(frame.axes)))
     along = {link.name: _along(robot, link.name) for link in robot.links}
     moving = [name for name, segments in along.items() if segments]
     for name in _chosen("link with a length", "links", obstacle.links, moving):
-        found += along[name]
+        chosen += along[name]
     paths = {muscle.name: muscle for muscle in robot.muscles if len(muscle.via_points) > 1}
     for name in _chosen("muscle with via points", "cables", obstacle.cables, list(paths)):
         via = paths[name].via_points
@@ -202,11 +202,11 @@ def _segments(robot: Robot, obstacle: ObstacleSettings) -> list[Segment]:
             problem = f"{name!r} has moving or conditional points, which are not supported"
             raise InputError(problem, key="cables")
         places = [(point.link, point.position) for point in via]
-        found += [Segment(name, *pair) for pair in pairwise(places)]
-    if not found:
+        chosen += [Segment(name, *pair) for pair in pairwise(places)]
+    if not chosen:
         problem = "has no parts that avoid it; set points, links or cables"
         raise InputError(problem, key="points")
-    return found
+    return chosen
 
 
 def _along(robot: Robot, name: str) -> list[Segment]:
@@ -220,12 +220,12 @@ def _along(robot: Robot, name: str) -> list[Segment]:
     return [Segment(name, (name, start), (name, end)) for start, end in dict.fromkeys(pairs)]
 
 
-def _chosen(kind: str, key: str, names: Sequence[str], known: list[str]) -> list[str]:
+def _chosen(kind: str, key: str, names: Sequence[str], all_names: list[str]) -> list[str]:
     """Return the chosen names, all for `*`."""
     for name in names:
-        if name not in (*known, EVERY_OTHER):
-            raise UnknownNameError(kind, name, known, key=key)
-    return known if EVERY_OTHER in names else list(dict.fromkeys(names))
+        if name not in (*all_names, EVERY_OTHER):
+            raise UnknownNameError(kind, name, all_names, key=key)
+    return all_names if EVERY_OTHER in names else list(dict.fromkeys(names))
 
 
 def _neglected_wraps(robot: Robot, obstacle: ObstacleSettings) -> list[str]:

@@ -31,10 +31,10 @@ def without_obstacles(problem: OptimalProblem) -> OptimalProblem:
 
 def rough_motion(problem: OptimalProblem, guess: Iterate) -> Iterate | None:
     """Return a nearly optimal motion; None if none is found."""
-    found = Optimiser(problem, tolerance=ROUGH).solve(guess)
-    if found is not None and found.status == INTERRUPTED:
+    solution = Optimiser(problem, tolerance=ROUGH).solve(guess)
+    if solution is not None and solution.status == INTERRUPTED:
         raise KeyboardInterrupt
-    return None if found is None or not found.is_feasible else found.iterate
+    return None if solution is None or not solution.is_feasible else solution.iterate
 
 
 def detours(problem: OptimalProblem, free: Iterate, n: int) -> Iterator[Iterate]:
@@ -49,7 +49,7 @@ def detours(problem: OptimalProblem, free: Iterate, n: int) -> Iterator[Iterate]
     fixed = np.flatnonzero((problem.x_low == problem.x_high)[:, :n].all(axis=1))
     goals = [int(each.nodes[0]) for each in problem.constraints if len(each.nodes) == 1]
     nodes = sorted({0, *fixed.tolist(), *goals, problem.intervals})
-    found = list[tuple[float, Iterate]]()
+    motions = list[tuple[float, Iterate]]()
     for seed in range(_PATHS):
         poses = _Poses(problem, paths, free, n, np.random.default_rng(seed))
         x, N, length = free.x.copy(), problem.intervals, 0.0
@@ -61,10 +61,10 @@ def detours(problem: OptimalProblem, free: Iterate, n: int) -> Iterator[Iterate]
             x[a : b + 1, :n] = _timed(path, b - a + 1)
         else:
             x[:, n : 2 * n] = np.gradient(x[:, :n], free.duration / N, axis=0)
-            found.append((length, free._replace(x=x)))
+            motions.append((length, free._replace(x=x)))
             continue
         break
-    yield from (motion for _, motion in sorted(found, key=lambda pair: pair[0]))
+    yield from (motion for _, motion in sorted(motions, key=lambda pair: pair[0]))
 
 
 class _Poses:
@@ -165,11 +165,11 @@ class _Poses:
 def _branch(tree: tuple[list[FloatArray], list[int]], k: int) -> list[FloatArray]:
     """Return the poses from the root of a tree to one of its poses."""
     poses, parents = tree
-    found = list[FloatArray]()
+    branch = list[FloatArray]()
     while k >= 0:
-        found.append(poses[k])
+        branch.append(poses[k])
         k = parents[k]
-    return found[::-1]
+    return branch[::-1]
 
 
 def _timed(path: FloatArray, count: int) -> FloatArray:
@@ -177,7 +177,7 @@ def _timed(path: FloatArray, count: int) -> FloatArray:
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     s = np.linspace(0.0, 1.0, count)
     at = lengths[-1] * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
-    found = np.array([np.interp(at, lengths, column) for column in path.T]).T
+    poses = np.array([np.interp(at, lengths, column) for column in path.T]).T
     for _ in range(_SMOOTHINGS):
-        found[1:-1] = 0.25 * (found[:-2] + found[2:]) + 0.5 * found[1:-1]
-    return found
+        poses[1:-1] = 0.25 * (poses[:-2] + poses[2:]) + 0.5 * poses[1:-1]
+    return poses
