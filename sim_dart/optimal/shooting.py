@@ -64,15 +64,15 @@ class _Worker:
     """Handles of the core for one thread."""
 
     def __init__(self, blob: bytes) -> None:
-        self._core = Core(blob)
-        size = _bound().core_shooting_size(self._core.handle)
+        self.core = Core(blob)
+        size = _bound().core_shooting_size(self.core.handle)
         if not size:
             raise CardsflowError(
                 "this C core does not support derivatives, which optimal motions require"
             )
         self._memory = np.empty(-(-size // 8))
         self._handle = ctypes.c_void_p(
-            _bound().core_shooting_open(self._core.handle, self._memory.ctypes.data)
+            _bound().core_shooting_open(self.core.handle, self._memory.ctypes.data)
         )
 
     def run(
@@ -164,7 +164,7 @@ class Shooting:
         numbers = self._numbers
         blob = compile_blob(self._robot) if numbers is None else numbers.blob(self._parameters)
         self._workers = [_Worker(blob) for _ in range(self._threads.count)]
-        self._core = Core(blob)
+        self._core = self._workers[0].core
         self.laws = MuscleLaws(self._robot, self._core)
 
     def use(self, parameters: FloatArray) -> None:
