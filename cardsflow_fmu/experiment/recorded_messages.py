@@ -60,13 +60,13 @@ class Budget:
     """Limits on the size of a recording; counts what is already read."""
 
     def __init__(self) -> None:
-        self._unpack_chunks, self._bytes = limits.RECORDING, limits.ARRAYS
+        self._chunk_bytes, self._bytes = limits.RECORDING, limits.ARRAYS
         self._records, self._messages = count(1), count(1)
 
     def count_bytes(self, size: int) -> None:
         """Count the bytes of a chunk."""
-        self._unpack_chunks -= size
-        if self._unpack_chunks < 0:
+        self._chunk_bytes -= size
+        if self._chunk_bytes < 0:
             raise InputError(f"unpacked it {limits.too_large(limits.RECORDING)}")
 
     def count_record(self) -> None:

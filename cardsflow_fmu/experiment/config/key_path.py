@@ -19,7 +19,7 @@ EVERY_OTHER = "*"
 T = TypeVar("T")
 
 _QUOTED = r""""(?:[^"\\]|\\.)*"|'[^']*'"""
-_PART = re.compile(rf"""(?P<quote_toml>{_QUOTED})|(?P<bare>[^."'][^."]*)""")
+_PART = re.compile(rf"""(?P<quoted>{_QUOTED})|(?P<bare>[^."'][^."]*)""")
 _SETTING = re.compile(rf"""(?P<key>(?>{_QUOTED}|[^."'=][^.=]*|\.)+)=(?P<value>.*)""", re.DOTALL)
 _PLAIN = re.compile(r"""[^\s."'=\x00-\x1f\x7f][^."=\x00-\x1f\x7f]*""")
 _INVALID_KEY = "must be names separated by dots; quote names with dots or quotes as in TOML"
@@ -31,7 +31,7 @@ class PathError(InputError):
 
 
 def split_path(key: str) -> list[str]:
-    """Split a full key into parts. Names with dots are quote_toml: `controller.kp."hand.x"`.
+    """Split a full key into parts. Names with dots are quoted: `controller.kp."hand.x"`.
 
     Args:
         key: The full key, with quotes as in TOML: "..." with escapes, '...' without.
@@ -44,9 +44,7 @@ def split_path(key: str) -> list[str]:
         match = _PART.match(key, position)
         if match is None:
             raise InputError(_INVALID_KEY, key=key)
-        parts.append(
-            match["bare"] if match["quote_toml"] is None else _unquote(match["quote_toml"], key)
-        )
+        parts.append(match["bare"] if match["quoted"] is None else _unquote(match["quoted"], key))
         position = match.end()
         if position == len(key):
             return parts
@@ -73,7 +71,7 @@ def quote_toml(text: str) -> str:
 
 
 def split_setting(word: str) -> tuple[str, str] | None:
-    """Split `KEY=VALUE`; quote_toml names may contain `=`. Return None for other words."""
+    """Split `KEY=VALUE`; quoted names may contain `=`. Return None for other words."""
     match = _SETTING.fullmatch(word)
     return None if match is None else (match["key"], match["value"])
 

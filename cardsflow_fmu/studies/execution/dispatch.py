@@ -88,7 +88,7 @@ class _Dispatcher:
             except BrokenExecutor as error:
                 broken = True
                 self._handle_death(run, error, counts=was_alone)
-            except Exception as error:  # Dask's KilledWorker, or an outcome that cannot be pickled
+            except Exception as error:  # of another executor, or an outcome that cannot be pickled
                 self._handle_death(run, error, counts=True)
             else:
                 self._complete(run, outcome)
