@@ -14,7 +14,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 FOLDER = Path(__file__).parent
-SEEDS = range(5, 10)
+SEEDS = range(30, 35)
 LONGER = ["--goal", "1.1", "--minutes", "0.2"]
 """Options with which gradients continue after their goal, to the returns of PPO."""
 SCRIPTS = {"train_gradients.py": ("gradients", "C0", LONGER), "train_ppo.py": ("PPO", "C1", [])}

@@ -17,7 +17,10 @@ from cardsflow_fmu.gym.episodes import Episodes
 from cardsflow_fmu.gym.torch_step import BatchStep
 
 ID, ENVS, STEPS = "cardsflow/PlanarReach-v0", 48, 6
-RATE, CRITIC_RATE, DECAY, BETAS = 1e-2, 3e-3, 0.99, (0.7, 0.95)
+RATE, CRITIC_RATE, BETAS = 1e-2, 3e-3, (0.7, 0.95)
+SLOWING = 130
+"""Rounds k after which the rates are halved. They fall as 1 / (1 + k / SLOWING), whose sum is
+infinite: with rates that fall exponentially, policies that learn late stop short."""
 DISCOUNT, SCALE, MAX_GRADIENT = 0.97, 0.02, 1.0
 SUBSTEPS = 2
 """Integrator steps in a step, fewer than in the environment, since each needs derivatives."""
@@ -25,8 +28,10 @@ WIDTH, AHEAD, GUIDE, EFFORT = 0.03, 0.03, 10.0, 0.1
 SCALES = (0.3, 0.03, 0.5, 0.5)
 """Scales of q, of qd times the step, of the tip and of its distance to the target."""
 POSITIONS, VELOCITIES, GROWTH, MAX_STEPS = 0.15, 2.0, 30, 100
-MEMORY = 0.9
-"""Share of the earlier steps in the average of the policy, which is evaluated and exported."""
+POWER = 8
+"""The policy that is evaluated and exported is the average of the policies of all rounds k, with
+weights nearly as k^POWER (O. Shamir, T. Zhang, Stochastic gradient descent for non-smooth
+optimization, 2013)."""
 CRITIC_EPOCHS, CRITIC_PARTS, EVALUATE_EVERY = 2, 2, 10
 
 
@@ -117,6 +122,13 @@ def fit(critic: torch.nn.Module, optimiser: Any, x: Any, rewards: Any, ends: Any
             optimiser.step()
 
 
+def include(averages: list[Any], policy: list[Any], count: Any) -> None:
+    """Include the parameters of a policy in the averages of `count` policies."""
+    share = (POWER + 1) / (int(count) + 1 + POWER)
+    for average, parameters in zip(averages, policy, strict=True):
+        average.lerp_(parameters, share)
+
+
 def train(options: argparse.Namespace) -> tuple[Any, Normaliser, Curve]:
     """Train until the goal or the limit of time; return actor, normalisation and curve."""
     torch.set_num_threads(1)
@@ -126,10 +138,9 @@ def train(options: argparse.Namespace) -> tuple[Any, Normaliser, Curve]:
     actor, critic = network(inputs, outputs, gain=0.01), network(inputs, 1, gain=0.01)
     parts = (actor, RATE), (critic, CRITIC_RATE)
     optimisers = [torch.optim.Adam(part.parameters(), rate, BETAS) for part, rate in parts]
-    average = torch.optim.swa_utils.AveragedModel(
-        actor, multi_avg_fn=torch.optim.swa_utils.get_ema_multi_avg_fn(MEMORY)
-    )
-    decays = [torch.optim.lr_scheduler.ExponentialLR(o, DECAY) for o in optimisers]
+    average = torch.optim.swa_utils.AveragedModel(actor, multi_avg_fn=include)
+    rule = torch.optim.lr_scheduler.LambdaLR
+    decays = [rule(o, lambda k: 1.0 / (1.0 + k / SLOWING)) for o in optimisers]
     rounds, curve, motions = 0, Curve(options, trial), Motions(trial, options.seed)
     while not curve.is_complete():
         loss, x, rewards, ends = motions.window(actor, critic)
