@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -75,13 +74,6 @@ class Policy:
     high: FloatArray
     fallback: FloatArray
 
-    def actions(self, observation: FloatArray) -> FloatArray:
-        """Return the actions before they are clipped, as the network computes them."""
-        x = (observation - self.mean) / self.sd
-        for layer in self.layers:
-            x = _FUNCTIONS[layer.activation](x @ layer.weights.T + layer.bias)
-        return x
-
     def numbers(self, robot: Robot, space: Space) -> FloatArray:
         """Return the numbers of the policy for the C library; see `policy_open` in policy.h.
 
@@ -142,15 +134,6 @@ def _target(robot: Robot, name: str) -> tuple[int, int]:
     if name in motors:
         return 0, len(muscles) + motors.index(name)
     raise UnknownNameError("muscle or motor", name, [*muscles, *motors])
-
-
-_FUNCTIONS: dict[str, Callable[[FloatArray], FloatArray]] = {
-    "linear": lambda x: x,
-    "tanh": np.tanh,
-    "relu": lambda x: np.maximum(x, 0.0),
-    "elu": lambda x: np.where(x > 0.0, x, np.expm1(np.minimum(x, 0.0))),
-    "sigmoid": lambda x: 1.0 / (1.0 + np.exp(-x)),
-}
 
 
 def write_policy(policy: Policy, file: Path) -> Path:

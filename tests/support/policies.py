@@ -3,14 +3,32 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from support.robots.robots import PLANAR_2R
 
+from cardsflow_fmu.experiment.policy import Policy
 from cardsflow_fmu.gym import from_experiment
 from cardsflow_fmu.gym.export import export_policy
+
+_FUNCTIONS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "linear": lambda x: x,
+    "tanh": np.tanh,
+    "relu": lambda x: np.maximum(x, 0.0),
+    "elu": lambda x: np.where(x > 0.0, x, np.expm1(np.minimum(x, 0.0))),
+    "sigmoid": lambda x: 1.0 / (1.0 + np.exp(-x)),
+}
+
+
+def actions_of(policy: Policy, observation: np.ndarray) -> np.ndarray:
+    """Return the clipped actions of a policy, computed with NumPy."""
+    x = (observation - policy.mean) / policy.sd
+    for layer in policy.layers:
+        x = _FUNCTIONS[layer.activation](x @ layer.weights.T + layer.bias)
+    return np.clip(x, -1.0, 1.0)
 
 
 def random_network(sizes: list[int]) -> list[tuple[np.ndarray, np.ndarray]]:
