@@ -44,9 +44,7 @@ def rows(what: str, values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         i, k = np.argwhere(~np.broadcast_to(is_finite, shape))[0].tolist()
         value = array[..., k].flat[i]
         raise InputError(f"{what} must be finite, not {value} (instance {i}, column {k})")
-    if array.shape != shape:
-        array = np.broadcast_to(array, shape)
-    return np.ascontiguousarray(array)
+    return np.ascontiguousarray(array) if array.shape == shape else np.full(shape, array)
 
 
 def chosen_instances(chosen: ArrayLike | None, n: int) -> BoolArray:

@@ -66,7 +66,9 @@ class Instances:
     def group_memory(self, count: int) -> list[FloatArray]:
         """Return memory for threads to step several instances at once; empty if unsupported."""
         sizes = [batch_library().core_batch_group_size(core.handle) for core in self.cores]
-        return [np.zeros(-(-max(sizes) // 8)) for _ in range(count)] if all(sizes) else []
+        if not 0 < min(sizes) == max(sizes):
+            return []
+        return [np.zeros(sizes[0] // 8) for _ in range(count)]
 
     def place(self, part: slice) -> tuple[int, int, int]:
         """Return address, distance and number of the handles of a part."""

@@ -16,24 +16,38 @@ static const real *row(const real *rows, int32_t k, int32_t width)
     return rows ? rows + (size_t)k * (size_t)width : NULL;
 }
 
+/* Return the size of the memory of a group of lanes, which ends where another one can begin. */
+static size_t size_of(const batch_lanes *lanes, const core *c)
+{
+    return (lanes->size(c) + 63) / 64 * 64;
+}
+
 size_t core_batch_group_size(const core *c)
 {
-    const batch_lanes *lanes = batch_lanes_for(c);
-    return lanes ? lanes->size(c) : 0;
+    size_t size = 0;
+    for (const batch_lanes *lanes = batch_lanes_for(c); lanes; lanes = lanes->narrower) size += size_of(lanes, c);
+    return size;
 }
 
 /* Instances that wait for a group to be complete. */
 typedef struct {
-    int32_t count, index[LANES_OF_BATCH];
-    core *handle[LANES_OF_BATCH];
-    const real *u[LANES_OF_BATCH], *extra[LANES_OF_BATCH];
+    int32_t count, index[MAX_LANES];
+    core *handle[MAX_LANES];
+    const real *u[MAX_LANES], *extra[MAX_LANES];
 } waiting;
 
-static void step_group(waiting *w, void *group, int has_extra, real h, int32_t steps, int32_t *answers)
+/* Step the waiting instances in the largest groups that they fill, and the others alone. */
+static void step_waiting(waiting *w, char *memory, int has_extra, real h, int32_t steps, int32_t *answers)
 {
-    int32_t found[LANES_OF_BATCH];
-    batch_lanes_for(w->handle[0])->step(group, w->handle, w->u, has_extra ? w->extra : NULL, h, steps, found);
-    for (int32_t i = 0; i < LANES_OF_BATCH; i++) answers[w->index[i]] = found[i];
+    int32_t i = 0, found[MAX_LANES];
+    if (!w->count) return;
+    for (const batch_lanes *lanes = batch_lanes_for(w->handle[0]); lanes; lanes = lanes->narrower) {
+        for (; w->count - i >= lanes->count; i += lanes->count)
+            lanes->step(memory, w->handle + i, w->u + i, has_extra ? w->extra + i : NULL, h, steps, found + i);
+        memory += size_of(lanes, w->handle[0]);
+    }
+    for (; i < w->count; i++) found[i] = core_step(w->handle[i], w->u[i], w->extra[i], h, steps);
+    for (i = 0; i < w->count; i++) answers[w->index[i]] = found[i];
     w->count = 0;
 }
 
@@ -52,9 +66,9 @@ void core_batch_step(void *memory, size_t stride, int32_t count, const real *u, 
             continue;
         }
         w.index[w.count] = k, w.handle[w.count] = c, w.u[w.count] = own, w.extra[w.count++] = outer;
-        if (w.count == LANES_OF_BATCH) step_group(&w, group, extra != NULL, h, steps, answers);
+        if (w.count == MAX_LANES) step_waiting(&w, group, extra != NULL, h, steps, answers);
     }
-    for (int32_t i = 0; i < w.count; i++) answers[w.index[i]] = core_step(w.handle[i], w.u[i], w.extra[i], h, steps);
+    step_waiting(&w, group, extra != NULL, h, steps, answers);
 }
 
 static int reset(core *c, const real *q, const real *qd, const real *u)

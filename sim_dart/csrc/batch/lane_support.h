@@ -9,11 +9,11 @@
 #define HAS_LANES 0
 #endif
 
-/* Whether a second version for processors with vectors of four numbers exists. */
+/* Whether versions for processors with vectors of four and eight numbers exist. */
 #if HAS_LANES && defined(__x86_64__)
-#define HAS_WIDE_VERSION 1
+#define HAS_WIDE_VERSIONS 1
 #else
-#define HAS_WIDE_VERSION 0
+#define HAS_WIDE_VERSIONS 0
 #endif
 
 typedef int lane_support; /* ISO C forbids empty files */

@@ -8,14 +8,13 @@
 
 #if HAS_LANES
 
+#if !defined(LANES_NAME)
+#define LANES_NAME BATCH_LANES
+#define LANES_NARROWER NULL
+#endif
 #define CARDSFLOW_LANES
 #define CARDSFLOW_PARTS "batch/lane_parts.h"
 
-#if defined(LANES_WIDE) && defined(__clang__)
-#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
-#elif defined(LANES_WIDE)
-#pragma GCC target("avx2")
-#endif
 #pragma GCC diagnostic ignored "-Wunused-function" /* part of the core is unused */
 #pragma GCC diagnostic ignored "-Wpsabi"           /* vectors as arguments of static functions */
 
@@ -33,7 +32,7 @@
 #include <stddef.h>
 #include <string.h>
 
-_Static_assert(GROUP == LANES_OF_BATCH, "LANES_OF_BATCH is wrong");
+_Static_assert(GROUP <= MAX_LANES, "MAX_LANES is wrong");
 
 /* Functions for parts that qualifying robots do not have. */
 #define variables_move(c) ((void)(c))
@@ -164,7 +163,8 @@ static size_t length_of(const array_lengths *of, const array_place *place)
 
 static __attribute__((noinline)) void gather(real *to, const double *const from[GROUP], size_t count)
 {
-    for (size_t k = 0; k < count; k++) to[k] = (real){from[0][k], from[1][k], from[2][k], from[3][k]};
+    for (size_t k = 0; k < count; k++)
+        for (int i = 0; i < GROUP; i++) to[k][i] = from[i][k];
 }
 
 static __attribute__((noinline)) void scatter(real *to, const real *from, int lane, size_t count)
@@ -336,14 +336,6 @@ static void step_group(void *memory, core *const *handles, const double *const *
     }
 }
 
-#if defined(LANES_WIDE)
-const batch_lanes BATCH_LANES_WIDE = {group_size, step_group};
-#else
-const batch_lanes BATCH_LANES = {group_size, step_group};
-#endif
-
-#if defined(LANES_WIDE) && defined(__clang__)
-#pragma clang attribute pop
-#endif
+const batch_lanes LANES_NAME = {GROUP, LANES_NARROWER, group_size, step_group};
 
 #endif

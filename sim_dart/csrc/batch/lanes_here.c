@@ -2,17 +2,11 @@
 #include "lane_support.h"
 #include "lanes.h"
 
-#if HAS_LANES
-extern const batch_lanes BATCH_LANES;
-#endif
-#if HAS_WIDE_VERSION
-extern const batch_lanes BATCH_LANES_WIDE;
-#endif
-
 const batch_lanes *batch_lanes_for(const core *c)
 {
-#if HAS_WIDE_VERSION
-    if (c->has_wide_lanes) return &BATCH_LANES_WIDE;
+#if HAS_WIDE_VERSIONS
+    if (c->vector_size >= 8) return &BATCH_LANES_WIDEST;
+    if (c->vector_size >= 4) return &BATCH_LANES_WIDE;
 #endif
     (void)c;
 #if HAS_LANES

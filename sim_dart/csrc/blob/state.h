@@ -194,7 +194,7 @@ struct core {
     int32_t lanes;       /* number of wraps that are computed in parallel */
     int32_t wrap_ends;   /* directions needed of any of them */
     int32_t has_rules;   /* whether any of them has MuJoCo's rule */
-    int32_t has_wide_lanes; /* whether the processor has vectors of four numbers */
+    int32_t vector_size; /* numbers in a vector of the processor: 8 (AVX-512), 4 (AVX2), or 0 if not known */
     int32_t *leaving;    /* bits of lanes that leave a group, see `agreed`; NULL without lanes */
     int32_t externals;   /* points of core_external_wrenches; the caller owns the arrays */
     const int32_t *external_frame;

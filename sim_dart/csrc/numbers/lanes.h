@@ -12,7 +12,9 @@
 #include <immintrin.h>
 #endif
 
-#define GROUP 4 /* number of lanes */
+#if !defined(GROUP)
+#define GROUP 4 /* number of lanes, 4 or 8 */
+#endif
 
 typedef double real __attribute__((vector_size(8 * GROUP)));
 typedef double constant; /* a number that all lanes share */
@@ -28,7 +30,9 @@ static inline real number(double x)
 /* Return one bit per lane. */
 static inline int bits_of(truth x)
 {
-#if defined(__AVX2__)
+#if GROUP == 8
+    return (int)_mm512_movepi64_mask((__m512i)x);
+#elif defined(__AVX2__)
     return _mm256_movemask_pd((__m256d)x);
 #else
     return (int)((x[0] & 1) | (x[1] & 2) | (x[2] & 4) | (x[3] & 8));
@@ -57,7 +61,9 @@ static inline real absolute(real x)
 
 static inline real square_root(real x)
 {
-#if defined(__AVX2__)
+#if GROUP == 8
+    return (real)_mm512_sqrt_pd((__m512d)x);
+#elif defined(__AVX2__)
     return (real)_mm256_sqrt_pd((__m256d)x);
 #else
     for (int i = 0; i < GROUP; i++) x[i] = sqrt(x[i]);

@@ -215,14 +215,15 @@ __attribute__((target("avx2"))) static void fill_wide(const core *c, wrap_lanes 
 }
 #endif
 
-/* Return whether processor and operating system have these vectors. */
-static int has_wide_vectors(void)
+/* Return the `vector_size` of processor and operating system. */
+static int32_t vector_size(void)
 {
 #if HAS_WIDE_LANES
     uint32_t a, b, c, d, saved, high;
     if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_OSXSAVE)) return 0;
     __asm__("xgetbv" : "=a"(saved), "=d"(high) : "c"(0));
-    return (saved & 6) == 6 && __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & bit_AVX2);
+    if (!__get_cpuid_count(7, 0, &a, &b, &c, &d) || (saved & 6) != 6 || !(b & bit_AVX2)) return 0;
+    return (saved & 0xe6) == 0xe6 && (b & bit_AVX512F) && (b & bit_AVX512DQ) ? 8 : 4;
 #else
     return 0;
 #endif
@@ -237,7 +238,7 @@ void wrap_simd_fill(const core *c, int32_t first, wrap_lanes *out)
     out->is_alone[0] = count == 1; /* faster separately */
     if (count == 1) return;
 #if HAS_WIDE_LANES
-    if (c->has_wide_lanes) {
+    if (c->vector_size >= 4) {
         fill_wide(c, out);
         return;
     }
@@ -289,7 +290,7 @@ void wrap_simd_prepare(core *c)
     const blob_view *blob = &c->blob;
     int32_t pulley = 0, muscle = 0, end = blob->counts.muscles ? blob->muscle_points[0] : 0;
     c->wrap_ends = c->has_rules = c->lanes = 0;
-    c->has_wide_lanes = has_wide_vectors();
+    c->vector_size = vector_size();
     for (int32_t w = 0; w < blob->counts.wraps; w++) {
         const int32_t kind = blob->surface_kind[blob->wrap_surface[w]], rule = blob->wrap_rule[w];
         const int is_counted = c->is_counting && kind == SURFACE_CYLINDER && rule == RULE_TAUT;

@@ -63,7 +63,7 @@ def test_instances_in_lanes_equal_instances_alone_bit_by_bit(name: str) -> None:
     robot = _robot(name) if name == "roboy_left_arm" else without_limits(_robot(name))
     variants = (robot, _heavier(robot), robot)
     lanes, alone = (
-        Batch(robot, 11, 0.02, substeps=20, variants=variants, threads=1) for _ in range(2)
+        Batch(robot, 14, 0.02, substeps=20, variants=variants, threads=1) for _ in range(2)
     )
     assert lanes._groups
     alone._groups = []
@@ -75,7 +75,7 @@ def test_instances_in_lanes_equal_instances_alone_bit_by_bit(name: str) -> None:
     for u in _commands(alone, 4):
         u = np.maximum(u - 30.0, 0.0)
         u[5] = 1e308
-        torques = rng.normal(0.0, 0.1, (11, len(alone._actuated)))
+        torques = rng.normal(0.0, 0.1, (14, len(alone._actuated)))
         for batch in (lanes, alone):
             with suppress(SimulationError):
                 batch.step(u, torques)
