@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 from controllers.arrays import FloatArray
 from controllers.force_distribution.feasibility import solve_linear
 from controllers.force_distribution.poses import Poses, gather
-from controllers.qp.problem import BoxProblem
-from controllers.qp.solver import BoxSolver
+from controllers.qp.dual_newton import SOLVED, DualNewton
 
 from .wrench_set import full_rank
 
@@ -82,15 +81,14 @@ def _dexterity(L: FloatArray) -> FloatArray:
     (P, m, n), values = L.shape, np.zeros(len(L))
     if not P or m < n:
         return values
-    solver = BoxSolver(m, n)
+    solver = DualNewton(m, n)
+    solver.H_diagonal[:], solver.g[:], solver.b[:], solver.softness[:] = 1.0, 0.0, 0.0, 0.0
+    solver.lb[:], solver.ub[:] = 1.0, np.inf
     condition = condition_number(L)
     for k in np.flatnonzero(full_rank(L)):
-        problem = BoxProblem(
-            np.ones(m), np.zeros(m), -L[k].T, np.zeros(n), np.ones(m), np.full(m, np.inf)
-        )
-        answer = solver.solve(problem)
-        if answer.status == "solved":
-            h = answer.x.min() / np.linalg.norm(answer.x)
+        solver.A[...] = -L[k].T
+        if solver.solve() == SOLVED:
+            h = solver.x.min() / np.linalg.norm(solver.x)
             values[k] = np.sqrt(m + 1.0) * condition[k] * h / np.sqrt(h**2 + 1.0)
     return values
 

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.qp.problem import BoxProblem
-from controllers.qp.solver import BoxSolver
+from controllers.qp.dual_newton import SOLVED, DualNewton
 from controllers.validation import named_vector
 
 from .poses import Poses, distribution
@@ -69,11 +68,11 @@ def solve_poses(poses: Poses, H: FloatArray, target: FloatArray) -> FloatArray:
     forces = np.full((len(poses.L), poses.m), np.nan)
     if not len(forces):
         return forces
-    solver, H = BoxSolver(poses.m, poses.n), H / H.mean()
-    for k, (A, tau, low, high) in enumerate(
-        zip(poses.A, poses.tau, poses.f_min, poses.f_max, strict=True)
-    ):
-        answer = solver.solve(BoxProblem(H, -H * target[k], A, tau, low, high))
-        if answer.status == "solved":
-            forces[k] = answer.x
+    solver, H = DualNewton(poses.m, poses.n), H / H.mean()
+    solver.H_diagonal[:], solver.softness[:] = H, 0.0
+    for k in range(len(forces)):
+        solver.g[:], solver.A[...], solver.b[:] = -H * target[k], poses.A[k], poses.tau[k]
+        solver.lb[:], solver.ub[:] = poses.f_min[k], poses.f_max[k]
+        if solver.solve() == SOLVED:
+            forces[k] = solver.x
     return forces

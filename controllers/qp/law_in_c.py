@@ -149,5 +149,4 @@ class LawInC:
         address = self._library.computed_torque_program(self.handle)
         if address not in self._programs:
             self._programs[address] = dual_newton.DualNewton.at(address)
-        program = self._programs[address]
-        return qp.as_qpsolvers(program, program.softness)
+        return qp.as_qpsolvers(self._programs[address])

@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 import qpsolvers
+from support.controllers.box_solver import BoxProblem, BoxSolver
 from support.interleaved import interleaved, record
 
 from controllers import ForceDistribution
 from controllers.qp.dual_newton import SOLVED, DualNewton
-from controllers.qp.problem import BoxProblem
-from controllers.qp.solver import BoxSolver
 
 SIZES = {
     "joint space, 4/2": (4, 2, 0),
@@ -81,14 +80,14 @@ def in_c(problems: list[BoxProblem], *, warm: bool) -> Callable[[], object]:
 
 
 def through_python(problems: list[BoxProblem], *, warm: bool) -> Callable[[], object]:
-    """Return a call of `BoxSolver` with all checks."""
+    """Return a call of `BoxSolver`, which copies problem and solution."""
     m_eq, n = problems[0].A.shape
     solver, tick = BoxSolver(n, m_eq), next_of(problems)
 
     def call() -> None:
         if not warm:
             solver.reset()
-        assert solver.solve(tick()).status == "solved"
+        assert solver.answer(tick()).status == "solved"
 
     return call
 

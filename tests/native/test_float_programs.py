@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from support.controllers.box_solver import BoxProblem
 from support.controllers.qp_problems import KINDS, is_proof_of_infeasibility
 from support.native.precision import Precision, open_program
 
 from controllers.qp.dual_newton import INFEASIBLE, NOT_CONVERGED, SOLVED
-from controllers.qp.problem import BoxProblem
 
 pytestmark = pytest.mark.slow
 

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.controllers.box_solver import BoxProblem
 from support.controllers.robot_problems import (
     AT_THE_EDGE,
     COUNT,
@@ -36,7 +37,6 @@ from cardsflow_fmu.simulation.build import build
 from controllers import OperationalSpaceController
 from controllers.arrays import FloatArray
 from controllers.laws.operational_space import Posture
-from controllers.qp.problem import BoxProblem
 from sim_dart import CoreDynamics
 
 pytestmark = pytest.mark.slow

@@ -6,6 +6,13 @@ import dataclasses
 import numpy as np
 import pytest
 from support.controllers import qp_problems
+from support.controllers.box_solver import (
+    BoxProblem,
+    BoxSolution,
+    BoxSolver,
+    residuals_of,
+    solve,
+)
 from support.controllers.qp_problems import (
     FloatArray,
     at_bounds,
@@ -16,21 +23,13 @@ from support.controllers.qp_problems import (
 )
 from support.controllers.robot_problems import row_error
 
-from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
+from addin_sdfusion.robot import InputError
 from controllers.qp import dual_newton
-from controllers.qp.problem import BoxProblem, BoxSolution, check, row_softness
-from controllers.qp.solver import BoxSolver
 
 pytestmark = pytest.mark.native
 
 # Iteration limit of the solver.
 MAX_STEPS = 84
-
-
-def solve(problem: BoxProblem) -> BoxSolution:
-    """Solve a problem by a new solver."""
-    m_eq, n = problem.A.shape
-    return BoxSolver(n, m_eq).solve(problem)
 
 
 class Solvers:
@@ -44,7 +43,11 @@ class Solvers:
         solver = self._solvers.setdefault((m_eq, n), BoxSolver(n, m_eq))
         if cold:
             solver.reset()
-        return solver.solve(problem)
+        return solver.answer(problem)
+
+
+def is_within_bounds(problem: BoxProblem, x: FloatArray) -> bool:
+    return bool((x >= problem.lb).all() and (x <= problem.ub).all())
 
 
 def relative_error(x: FloatArray, expected: FloatArray) -> float:
@@ -59,7 +62,7 @@ def test_random_problems_with_a_solution_are_solved_to_1e_8(kind: str) -> None:
         warm = solvers.solve(problem, cold=False)
         cold = solvers.solve(problem, cold=True)
         assert (seed, cold.status, warm.status) == (seed, "solved", "solved")
-        assert cold.residuals.bounds == warm.residuals.bounds == 0.0
+        assert all(is_within_bounds(problem, own.x) for own in (warm, cold))
         steps = max(steps, cold.iterations)
         expected = reference(problem, cold)
         if expected is None:
@@ -92,14 +95,13 @@ def test_soft_problems_always_have_a_solution(softness: float) -> None:
     for seed in range(qp_problems.COUNT // 10):
         for kind in (feasible, infeasible, rank_deficient):
             problem = kind(seed)
-            weights = np.random.default_rng(seed).uniform(0.5, 2.0, len(problem.b))
-            problem = dataclasses.replace(problem, row_weights=weights, softness=softness)
+            scale = np.square(problem.A / np.sqrt(problem.H_diagonal)).sum(axis=1).mean() or 1.0
+            eps = softness * scale * np.random.default_rng(seed).uniform(0.5, 2.0, len(problem.b))
+            problem = dataclasses.replace(problem, softness=eps)
             solution = solve(problem)
-            assert (seed, solution.status, solution.fell_back) == (seed, "solved", False)
-            eps = row_softness(problem)
-            residuals = check(problem, eps, solution.x, solution.multipliers)
-            assert max(residuals.equality, residuals.dual) < 1e-12
-            assert residuals.bounds == 0.0
+            assert (seed, solution.status) == (seed, "solved")
+            assert max(residuals_of(problem, solution.x, solution.multipliers)) < 1e-12
+            assert is_within_bounds(problem, solution.x)
             size = np.abs(problem.b) + np.abs(problem.A) @ np.abs(solution.x)
             rest = problem.A @ solution.x - problem.b - solution.slack
             assert (np.abs(rest) <= 1e-13 * size).all()
@@ -114,13 +116,12 @@ def test_hard_row_holds_and_soft_row_is_violated() -> None:
         np.array([4.0, 0.5]),
         np.zeros(2),
         np.full(2, 1.5),
-        row_weights=np.array([1.0, np.inf]),
-        softness=1e-8,
+        softness=np.array([2e-8, 0.0]),
     )
     solution = solve(problem)
     np.testing.assert_allclose(solution.x, [1.5, 1.0], atol=1e-12)
     np.testing.assert_allclose(solution.slack, [-1.5, 0.0], atol=1e-12)
-    assert solve(dataclasses.replace(problem, row_weights=None)).status == "infeasible"
+    assert solve(dataclasses.replace(problem, softness=None)).status == "infeasible"
 
 
 def test_problem_matches_a_solution_by_hand() -> None:
@@ -137,9 +138,7 @@ def test_problem_matches_a_solution_by_hand() -> None:
     np.testing.assert_allclose(solution.x, [1.0, 2 / 3, 4 / 3], rtol=1e-15)
     np.testing.assert_allclose(solution.multipliers, [4 / 3], rtol=1e-14)
     eps = 0.1
-    soft = dataclasses.replace(
-        problem, row_weights=np.ones(1), softness=eps / 2.5
-    )  # 2.5 = A H^-1 A'
+    soft = dataclasses.replace(problem, softness=np.array([eps]))
     y = (3.0 - 1.0) / (1.5 + eps)
     solution = solve(soft)
     np.testing.assert_allclose(solution.x, [1.0, y / 2, y], rtol=1e-14)
@@ -217,55 +216,27 @@ def test_ticks_repeat_bit_for_bit_from_a_saved_state() -> None:
     ticks = sequence(300)
     solver, other = BoxSolver(11, 4), BoxSolver(11, 4)
     for problem in ticks[:150]:
-        solver.solve(problem)
-    state = solver.get_state()
-    first = [solver.solve(problem) for problem in ticks[150:]]
-    solver.set_state(state)
-    other.set_state(state)
+        solver.answer(problem)
+    state = solver.start.copy()
+    first = [solver.answer(problem) for problem in ticks[150:]]
+    solver.start[:] = other.start[:] = state
     for expected, problem in zip(first, ticks[150:], strict=True):
-        for again in (solver.solve(problem), other.solve(problem)):
+        for again in (solver.answer(problem), other.answer(problem)):
             assert again.x.tobytes() == expected.x.tobytes()
             assert again.multipliers.tobytes() == expected.multipliers.tobytes()
             assert again.iterations == expected.iterations
-    with pytest.raises(InputError, match="4 finite numbers"):
-        solver.set_state(np.zeros(3))
-    with pytest.raises(InputError, match="4 finite numbers"):
-        solver.set_state(np.full(4, np.nan))
 
 
 def test_warm_start_saves_steps_without_changing_solutions() -> None:
     warm, cold, steps = BoxSolver(11, 4), BoxSolver(11, 4), np.zeros(2)
     for problem in sequence(300):
         cold.reset()
-        a, b = warm.solve(problem), cold.solve(problem)
+        a, b = warm.answer(problem), cold.answer(problem)
         assert a.status == b.status
         if a.status == "solved":
             assert relative_error(a.x, b.x) < 1e-13
             steps += a.iterations, b.iterations
     assert steps[0] < 0.6 * steps[1]
-
-
-@pytest.mark.parametrize("solver", ["osqp", "daqp"])
-def test_other_back_ends_solve_the_same_problems(solver: str) -> None:
-    for seed in range(10):
-        for weights in (None, 1.0):
-            problem = feasible(seed)
-            m_eq, n = problem.A.shape
-            if weights is not None:
-                problem = dataclasses.replace(problem, row_weights=np.full(m_eq, weights))
-            expected = solve(problem)
-            other = BoxSolver(n, m_eq, solver=solver).solve(problem)
-            assert other.status == "solved"
-            assert relative_error(other.x, expected.x) < 1e-3
-            assert other.fell_back is (other.solver != solver)
-    daqp = BoxSolver(2, 1, solver="daqp")
-    impossible = BoxProblem(*np.ones((2, 2)), np.ones((1, 2)), np.full(1, 9.0), *np.ones((2, 2)))
-    solution = daqp.solve(impossible)
-    assert (solution.status, solution.fell_back, solution.solver) == (
-        "infeasible",
-        True,
-        "dual_newton",
-    )
 
 
 BASE = {
@@ -279,46 +250,36 @@ BASE = {
 
 
 @pytest.mark.parametrize(
-    ("change", "error", "message"),
+    ("change", "status"),
     [
-        ({"b": [1.0, 2.0]}, InputError, r"b has shape \(2,\), not \(1,\)"),
-        ({"A": [[1.0], [1.0]]}, InputError, r"A has shape \(2, 1\), not \(1, 2\)"),
-        ({"g": [0.0, np.nan]}, SimulationError, "g of the QP is not finite"),
-        ({"A": [[1.0, np.inf]]}, SimulationError, "A of the QP is not finite"),
-        ({"b": [np.nan]}, SimulationError, "b of the QP is not finite"),
-        ({"H_diagonal": [1.0, np.nan]}, SimulationError, "H_diagonal of the QP is not finite"),
-        ({"H_diagonal": [1.0, 0.0]}, InputError, r"H_diagonal\[1\] 0.0 must be positive"),
-        ({"H_diagonal": [-1.0, 1.0]}, InputError, r"H_diagonal\[0\] -1.0 must be positive"),
-        ({"lb": [0.0, 2.0]}, InputError, r"lb\[1\] 2.0 and ub\[1\] 1.0"),
-        ({"lb": [0.0, np.nan]}, InputError, r"lb\[1\] nan"),
-        ({"lb": [0.0, np.inf], "ub": [1.0, np.inf]}, InputError, r"lb\[1\] inf"),
-        ({"row_weights": [-1.0]}, InputError, r"row_weights\[0\] -1.0 must be positive"),
-        ({"row_weights": [np.nan]}, InputError, r"row_weights\[0\] nan must be positive"),
-        ({"row_weights": [1.0, 1.0]}, InputError, "row_weights has shape"),
-        ({"row_weights": [1.0], "softness": 0.0}, InputError, "softness 0.0"),
-        ({"A": [[1e300, 1.0]]}, SimulationError, "too large or too small"),
+        ({"g": [0.0, np.nan]}, "wrong cost"),
+        ({"H_diagonal": [1.0, np.nan]}, "wrong cost"),
+        ({"H_diagonal": [1.0, 0.0]}, "wrong cost"),
+        ({"H_diagonal": [-1.0, 1.0]}, "wrong cost"),
+        ({"A": [[1.0, np.inf]]}, "wrong rows"),
+        ({"b": [np.nan]}, "wrong rows"),
+        ({"A": [[1e300, 1.0]]}, "wrong rows"),
+        ({"lb": [0.0, 2.0]}, "wrong bounds"),
+        ({"lb": [0.0, np.nan]}, "wrong bounds"),
+        ({"lb": [0.0, np.inf], "ub": [1.0, np.inf]}, "wrong bounds"),
     ],
 )
-def test_wrong_problems_raise_an_error(
-    change: dict[str, object], error: type[Exception], message: str
+def test_status_names_the_wrong_part_of_a_problem(
+    change: dict[str, list[float]], status: str
 ) -> None:
-    values = {
-        name: value if name == "softness" else np.array(value)
-        for name, value in {**BASE, **change}.items()
-    }
     solver = BoxSolver(2, 1)
-    with pytest.raises(error, match=message):
-        solver.solve(BoxProblem(**values))  # type: ignore[arg-type]
-    fine = {name: np.array(value) for name, value in BASE.items()}
-    assert solver.solve(BoxProblem(**fine)).x.tolist() == [0.5, 0.5]  # type: ignore[arg-type]
+    wrong, fine = (
+        BoxProblem(**{name: np.array(value) for name, value in values.items()})
+        for values in (BASE | change, BASE)
+    )
+    assert solver.answer(wrong).status == status
+    assert solver.answer(fine).x.tolist() == [0.5, 0.5]
 
 
-def test_wrong_sizes_and_names_raise_an_error() -> None:
+def test_wrong_sizes_are_rejected() -> None:
     for n, m_eq in ((0, 1), (1, 0), (-1, 1), (5000, 1), (1, 5000)):
         with pytest.raises(InputError, match="too small or too large"):
             BoxSolver(n, m_eq)
-    with pytest.raises(UnknownNameError, match="did you mean 'dual_newton'"):
-        BoxSolver(1, 1, solver="dual_newten")
     library = dual_newton.library()
     memory = np.empty(library.dual_newton_size(3, 2) // 8 + 1)
     address = memory.ctypes.data
@@ -348,7 +309,7 @@ def test_solved_row_holds_next_to_rows_of_other_sizes() -> None:
         lb, ub = np.zeros(n), 10.0 ** rng.choice([0, 3, 9], n)
         b = A @ (rng.uniform(lb, ub) * (rng.random(n) < 0.6))
         problem = BoxProblem(10.0 ** rng.choice([0, -6], n), rng.normal(size=n), A, b, lb, ub)
-        answer = BoxSolver(n, m_eq).solve(problem)
+        answer = solve(problem)
         assert answer.status in ("solved", "not converged")
         if answer.status == "solved":
             worst = max(worst, row_error(problem, answer.x))

@@ -10,7 +10,8 @@ import qpsolvers
 from numpy.typing import NDArray
 
 from controllers.arrays import FloatArray
-from controllers.qp.problem import BoxProblem, BoxSolution
+
+from .box_solver import BoxProblem, BoxSolution
 
 # Number of problems of each kind; set the variable for a thorough run.
 COUNT = int(os.environ.get("CARDSFLOW_QP_PROBLEMS", "200"))

@@ -15,10 +15,10 @@ import numpy as np
 from scipy.optimize import linprog
 
 from controllers.arrays import FloatArray
-from controllers.qp.problem import BoxProblem
 from sim_dart import CoreDynamics
 
 from ..robots.random_robots import random_robot
+from .box_solver import BoxProblem
 
 COUNT = int(os.environ.get("CARDSFLOW_QP_PROBLEMS", "2000"))
 """Number of problems per test."""
