@@ -113,17 +113,17 @@ static void restart(faults *s, size_t channel)
     s->since[channel] = s->clock[0] + 1;
 }
 
-static void report(faults *s, const hypothesis *found, size_t part, size_t other, real h_now, real confidence)
+static void report(faults *s, const hypothesis *cause, size_t part, size_t other, real h_now, real confidence)
 {
-    s->kind[part] = (real)found->kind;
+    s->kind[part] = (real)cause->kind;
     s->time[part] = s->now[0];
-    s->begin[part] = s->now[0] - (s->clock[0] - found->begin) * h_now;
-    s->statistic[part] = found->fit.factor;
+    s->begin[part] = s->now[0] - (s->clock[0] - cause->begin) * h_now;
+    s->statistic[part] = cause->fit.factor;
     s->threshold[part] = s->limit;
     s->confidence[part] = confidence;
-    s->value[part] = found->fit.value;
+    s->value[part] = cause->fit.value;
     s->other[part] = other == (size_t)-1 ? -1 : (real)other;
-    s->usable[part] = found->kind == FAULT_WEAK;
+    s->usable[part] = cause->kind == FAULT_WEAK;
 }
 
 static __attribute__((noinline)) void release(faults *s, size_t channel)
@@ -134,19 +134,19 @@ static __attribute__((noinline)) void release(faults *s, size_t channel)
 }
 
 /* Apply a decision on a muscle: which parts cannot be used, and the force that remains. */
-static __attribute__((noinline)) void decide(faults *s, size_t i, const hypothesis *found, real step, real confidence)
+static __attribute__((noinline)) void decide(faults *s, size_t i, const hypothesis *cause, real step, real confidence)
 {
     const size_t m = s->m;
-    report(s, found, found->part, found->other, step, confidence);
+    report(s, cause, cause->part, cause->other, step, confidence);
     release(s, i), release(s, m + i);
-    if (found->kind == FAULT_LENGTH_SWAPPED) {
-        release(s, found->other);
-        report(s, found, m + found->other, i, step, confidence);
+    if (cause->kind == FAULT_LENGTH_SWAPPED) {
+        release(s, cause->other);
+        report(s, cause, m + cause->other, i, step, confidence);
     }
-    if (found->kind == FAULT_BROKEN || found->kind == FAULT_JAMMED) s->usable[m + i] = 0;
-    if (found->kind == FAULT_BROKEN) s->bound[i] = 0;
-    if (found->kind == FAULT_WEAK) s->bound[i] = larger(found->fit.value, 0) * s->f_max[i];
-    if (found->kind == FAULT_JAMMED) s->bound[i] = s->predicted[faults_at(s, m + i, found->begin)];
+    if (cause->kind == FAULT_BROKEN || cause->kind == FAULT_JAMMED) s->usable[m + i] = 0;
+    if (cause->kind == FAULT_BROKEN) s->bound[i] = 0;
+    if (cause->kind == FAULT_WEAK) s->bound[i] = larger(cause->fit.value, 0) * s->f_max[i];
+    if (cause->kind == FAULT_JAMMED) s->bound[i] = s->predicted[faults_at(s, m + i, cause->begin)];
     for (size_t k = 2 * m; k < s->c; k++) release(s, k);
     for (size_t k = 0; k < s->c; k++) restart(s, k);
     faults_forget_motion(s);
@@ -184,9 +184,9 @@ static void isolate_muscle(faults *s, size_t i)
 static void isolate_encoder(faults *s, size_t channel)
 {
     if (s->run[channel] == 0 && s->clock[0] - s->suspicion[channel] < ENCODER_WAIT) return;
-    const hypothesis found = {FAULT_ENCODER_STUCK, faults_part(s, channel), (size_t)-1,
+    const hypothesis cause = {FAULT_ENCODER_STUCK, faults_part(s, channel), (size_t)-1,
                               {s->level[channel] * s->limit, 0}, s->onset[channel]};
-    report(s, &found, found.part, found.other, s->step, 1);
+    report(s, &cause, cause.part, cause.other, s->step, 1);
     release(s, channel);
     for (size_t k = 0; k < s->c; k++) restart(s, k);
     faults_forget_motion(s);
@@ -195,25 +195,25 @@ static void isolate_encoder(faults *s, size_t channel)
 /* The hypothesis of a kind from the motion; the motor of a broken cable or a jammed motor may hold the length. */
 static __attribute__((noinline)) hypothesis lost_force(const faults *s, size_t i, enum fault_kind kind)
 {
-    hypothesis own = {kind, i, (size_t)-1, {0, 0}, s->clock[0]};
-    own.fit = faults_fit_moved(s, i, kind, &own.begin);
-    if (kind == FAULT_BROKEN) own.fit.factor += s->evidence[i];
-    if (kind == FAULT_JAMMED) own.fit.factor += larger(faults_fit_hold(s, i, own.begin).factor, 0);
-    return own;
+    hypothesis lost = {kind, i, (size_t)-1, {0, 0}, s->clock[0]};
+    lost.fit = faults_fit_moved(s, i, kind, &lost.begin);
+    if (kind == FAULT_BROKEN) lost.fit.factor += s->evidence[i];
+    if (kind == FAULT_JAMMED) lost.fit.factor += larger(faults_fit_hold(s, i, lost.begin).factor, 0);
+    return lost;
 }
 
 /* Find the most probable lost force among all muscles but `except`, and the sum of all probabilities relative to it.
    Return whether there is one. */
-static int find_lost(const faults *s, size_t except, hypothesis *found, real *sum)
+static int find_lost(const faults *s, size_t except, hypothesis *best, real *sum)
 {
     *sum = 0;
     for (size_t i = 0; i < s->m; i++)
         for (int kind = FAULT_BROKEN; kind <= FAULT_WEAK && i != except && s->kind[i] == 0; kind++) {
-            const hypothesis own = lost_force(s, i, (enum fault_kind)kind);
-            const real difference = *sum > 0 ? own.fit.factor - found->fit.factor : 0;
+            const hypothesis candidate = lost_force(s, i, (enum fault_kind)kind);
+            const real difference = *sum > 0 ? candidate.fit.factor - best->fit.factor : 0;
             const real ratio = exponential(larger(-fabs(difference), -50));
             if (*sum > 0 && difference <= 0) *sum += ratio;
-            else *sum = *sum * ratio + 1, *found = own;
+            else *sum = *sum * ratio + 1, *best = candidate;
         }
     return *sum > 0;
 }

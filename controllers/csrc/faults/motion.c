@@ -228,9 +228,9 @@ int faults_follow_motion(faults *s, real h, int steps)
     /* the fit contains a sensor that has become suspect in this tick */
     if (!is_compared(s) || !motion_filter(s, h, steps, suspect == s->c || s->suspicion[suspect] < now)) return 0;
     if (s->followed[0] >= 0) {
-        const motion_record own = motion_at(s, now);
+        const motion_record record = motion_at(s, now);
         for (size_t o = 0; o < ONSETS; o++)
-            add_load(s, o, RISES, &own, now - s->began[o], h), add_muscles(s, o, &own, 0, h);
+            add_load(s, o, RISES, &record, now - s->began[o], h), add_muscles(s, o, &record, 0, h);
         s->followed[0]++;
     } else if (suspect < s->m && s->onset[suspect] > oldest(s)) {
         follow(s, s->onset[suspect] - 1, now, h);

@@ -11,11 +11,11 @@ static const real MAX_MEAN = 4;      /* squared innovation of a tick */
 motion_record motion_at(const faults *s, real tick)
 {
     const size_t n = s->n, m = s->m, at = (size_t)tick % MOTION_WINDOW;
-    const motion_record own = {
+    const motion_record record = {
         s->motion_gain + at * 3 * n * n, s->motion_mobility + at * n * n, s->motion_factor + at * n * n,
         s->motion_white + at * n,        s->motion_forces + at * m,       s->motion_lengths + at * m,
         s->motion_jacobian + at * m * n, s->motion_agile + at};
-    return own;
+    return record;
 }
 
 int motion_decompose(size_t n, const real *A, real *factor)
@@ -175,24 +175,24 @@ int motion_filter(faults *s, real h, int steps, int is_fit)
         if (is_fit) begin(s, h);
         return 0;
     }
-    const motion_record own = motion_at(s, now);
-    motion_record agile = own;
+    const motion_record record = motion_at(s, now);
+    motion_record agile = record;
     agile.gain = s->agile_gain, agile.factor = s->agile_factor, agile.white = s->agile_white;
-    memcpy(own.mobility, s->mobility, n * n * sizeof(real));
-    memcpy(own.lengths, s->path_lengths, s->m * sizeof(real));
-    memcpy(own.jacobian, s->jacobian, s->m * n * sizeof(real));
-    find_change(s, &own, h, s->signal);
-    own.factor[0] = *own.agile = 0;
+    memcpy(record.mobility, s->mobility, n * n * sizeof(real));
+    memcpy(record.lengths, s->path_lengths, s->m * sizeof(real));
+    memcpy(record.jacobian, s->jacobian, s->m * n * sizeof(real));
+    find_change(s, &record, h, s->signal);
+    record.factor[0] = *record.agile = 0;
     for (size_t k = 0; k < 2; k++) {
         predict_state(s, s->signal, h, x + k * N);
         predict_covariance(s, k ? s->load_change : s->load_noise, k ? 1 / window : s->agility[0], h, P + k * N * N);
-        if (is_fit && correct(s, x + k * N, P + k * N * N, k ? &agile : &own)) {
+        if (is_fit && correct(s, x + k * N, P + k * N * N, k ? &agile : &record)) {
             faults_forget_motion(s);
             return 0;
         }
     }
     if (!is_fit) return 1;
-    *own.agile = log_density_ratio(n, &agile, &own);
-    if (s->followed[0] < 0) adapt(s, own.white);
+    *record.agile = log_density_ratio(n, &agile, &record);
+    if (s->followed[0] < 0) adapt(s, record.white);
     return 1;
 }

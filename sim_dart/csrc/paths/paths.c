@@ -153,21 +153,21 @@ static inline int32_t next_lane(const core *c, int32_t k, progress *at, wrap_lan
 static real add_curved_segment(core *c, int32_t k, progress *at, wrap_lanes *lanes, real *row, int is_traced)
 {
     const blob_view *blob = &c->blob;
-    const progress here = *at;
+    const progress begin = *at;
     const int32_t lane = next_lane(c, k, at, lanes);
     if (lane >= 0) {
-        if (is_traced) trace_wrap(c, k, here.wrap);
+        if (is_traced) trace_wrap(c, k, begin.wrap);
         at->wrap++;
-        return add_lane(c, k, here.wrap, lane, lanes, row);
+        return add_lane(c, k, begin.wrap, lane, lanes, row);
     }
     while (at->wrap < blob->counts.wraps && blob->wrap_point[at->wrap] == k) at->wrap++;
     at->pulley += at->pulley < blob->counts.pulleys && blob->pulley_point[at->pulley] == k;
-    const int32_t surfaces = at->wrap - here.wrap, pulleys = at->pulley - here.pulley;
+    const int32_t surfaces = at->wrap - begin.wrap, pulleys = at->pulley - begin.pulley;
     if (!USES_SEQUENCES || (surfaces == 1 && !pulleys)) {
-        if (is_traced) trace_wrap(c, k, here.wrap);
-        return add_wrap(c, k, here.wrap, row);
+        if (is_traced) trace_wrap(c, k, begin.wrap);
+        return add_wrap(c, k, begin.wrap, row);
     }
-    return add_sequence(c, k, here, surfaces, pulleys, row, is_traced);
+    return add_sequence(c, k, begin, surfaces, pulleys, row, is_traced);
 }
 
 /* Return the next via point with a wrap or a pulley after it. */
@@ -315,18 +315,18 @@ static void walk(core *c, int is_traced)
     w.next = next_curved_segment(blob, &w.at);
     for (int32_t m = 0, k = 0; m < blob->counts.muscles; k += blob->muscle_points[m], m++) {
         const int has_tangents_only = HAS_TANGENT && c->moving && !c->is_driven; /* without rigid parts */
-        real *own = c->jacobian + (size_t)m * dofs, *row = c->is_driven ? c->row : has_tangents_only ? c->load : own;
+        real *J = c->jacobian + (size_t)m * dofs, *row = c->is_driven ? c->row : has_tangents_only ? c->load : J;
         if (is_still(c, m)) {
             pass_muscle(c, &w, m, k + blob->muscle_points[m]);
             c->lengths[m] = value_of(c->lengths[m]);
-            for (size_t j = 0; j < dofs; j++) own[j] = value_of(own[j]);
+            for (size_t j = 0; j < dofs; j++) J[j] = value_of(J[j]);
             continue;
         }
         memset(row, 0, (c->is_driven ? (size_t)blob->counts.variables : dofs) * sizeof(real));
         const real length = add_muscle(c, &w, m, k, row);
         c->lengths[m] = has_tangents_only ? with_tangent_of(c->lengths[m], length) : length;
-        for (size_t j = 0; j < dofs && has_tangents_only; j++) own[j] = with_tangent_of(own[j], row[j]);
-        if (c->is_driven) variables_fold(c, row, own);
+        for (size_t j = 0; j < dofs && has_tangents_only; j++) J[j] = with_tangent_of(J[j], row[j]);
+        if (c->is_driven) variables_fold(c, row, J);
     }
 }
 

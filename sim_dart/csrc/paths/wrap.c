@@ -150,12 +150,12 @@ static real shorter_turn(const view *v)
    since. */
 static course continue_turns(const view *v, real remembered)
 {
-    const real whole = round((remembered - shorter_turn(v)) / (2 * PI));
+    const real full_turns = round((remembered - shorter_turn(v)) / (2 * PI));
     course c = {value_of(v->cross) >= 0 ? 1 : -1, 0, 0};
-    if (whole == 0 || !(value_of(fabs(whole)) < MAX_TURNS)) return c;
-    c.turns = (int)fabs(whole);
-    c.is_long = (value_of(whole) > 0) != (c.sense > 0);
-    c.sense = value_of(whole) > 0 ? 1 : -1;
+    if (full_turns == 0 || !(value_of(fabs(full_turns)) < MAX_TURNS)) return c;
+    c.turns = (int)fabs(full_turns);
+    c.is_long = (value_of(full_turns) > 0) != (c.sense > 0);
+    c.sense = value_of(full_turns) > 0 ? 1 : -1;
     c.turns -= c.is_long;
     return c;
 }

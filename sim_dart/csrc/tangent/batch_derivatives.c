@@ -62,9 +62,9 @@ void core_batch_derivatives(const void *memory, size_t stride, int32_t count, vo
         double *to = derivatives + (size_t)k * x * width;
         for (int32_t j = 0; j < directions && !answers[k]; j++) {
             changes[inputs[j]] = 1;
-            const double *own = u + (size_t)k * (size_t)c->blob.counts.muscles;
+            const double *commands = u + (size_t)k * (size_t)c->blob.counts.muscles;
             const double *forces = extra ? extra + (size_t)k * n : none;
-            answers[k] = differentiate(c, none + n, own, forces, &rule, changes, ends);
+            answers[k] = differentiate(c, none + n, commands, forces, &rule, changes, ends);
             changes[inputs[j]] = 0;
             for (size_t i = 0; i < x; i++) to[i * width + (size_t)j] = ends[i];
         }

@@ -30,10 +30,10 @@ void core_tangent_place(core_tangent *t, const core *plain, const double *comman
     const size_t n = dofs_of(t), m = (size_t)c->blob.counts.muscles, wraps = (size_t)c->blob.counts.wraps;
     const real *from[] = {plain->q, plain->qd, plain->law_states, plain->lengths, plain->rates, plain->stored_path,
                           plain->jacobian, plain->wrap_before, plain->wrap_rank, plain->wrap_turn};
-    real *const own[] = {c->q, c->qd, c->law_states, c->lengths, c->rates, c->stored_path,
-                         c->jacobian, c->wrap_before, c->wrap_rank, c->wrap_turn};
+    real *const to[] = {c->q, c->qd, c->law_states, c->lengths, c->rates, c->stored_path,
+                        c->jacobian, c->wrap_before, c->wrap_rank, c->wrap_turn};
     const size_t lengths[] = {n, n, (size_t)c->blob.law_states, m, m, PATH_NUMBERS * wraps, m * n, wraps, wraps, wraps};
-    for (size_t k = 0; k < sizeof lengths / sizeof *lengths; k++) put(own[k], (const void *)from[k], lengths[k]);
+    for (size_t k = 0; k < sizeof lengths / sizeof *lengths; k++) put(to[k], (const void *)from[k], lengths[k]);
     put(c->commands, commands, m);
     put(t->torques, torques, n);
     put(c->torques, (const void *)plain->torques, n);

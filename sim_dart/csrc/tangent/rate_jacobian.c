@@ -68,9 +68,9 @@ static void respond(rate_jacobian *r)
     memset(r->pull, 0, r->n * r->m * sizeof(double));
     for (size_t m = 0; m < r->m; m++)
         for (size_t j = 0; j < r->n; j++) {
-            const double arm = c->jacobian[m * r->n + j], *own = r->response + j * r->n;
+            const double arm = c->jacobian[m * r->n + j], *response = r->response + j * r->n;
             if (arm == 0) continue;
-            for (size_t i = 0; i < r->n; i++) r->pull[m * r->n + i] -= arm * own[i];
+            for (size_t i = 0; i < r->n; i++) r->pull[m * r->n + i] -= arm * response[i];
         }
 }
 

@@ -110,8 +110,8 @@ int core_sensitivity_roll(core_sensitivity *s, const double *q, const double *qd
     const size_t stride = (size_t)directions + 2 * s->n;
     for (size_t k = 0; k < (size_t)directions; k++) {
         core_tangent_change_robot(s->tangent, robot_changes + k * s->numbers);
-        const size_t whole = (size_t)rows * s->m;
-        const double *dcommands = commanded[k] < 0 ? NULL : command_changes + (size_t)commanded[k] * whole;
+        const size_t size = (size_t)rows * s->m;
+        const double *dcommands = commanded[k] < 0 ? NULL : command_changes + (size_t)commanded[k] * size;
         const int bad = simulate(s, &roll, s->none, s->none, dcommands, readings, derivatives + k, stride);
         if (bad) return bad;
     }

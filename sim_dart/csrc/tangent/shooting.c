@@ -73,12 +73,12 @@ static void multiply(const core_shooting *s, const double *jacobian, double *slo
     const size_t columns = s->width + s->m + s->n;
     for (size_t i = 0; i < s->width; i++) {
         double *row = slope + i * s->across;
-        const double *own = jacobian + i * columns;
+        const double *jacobian_row = jacobian + i * columns;
         for (size_t k = 0; k < s->width; k++)
-            if (own[k] != 0) add(s->across, own[k], s->at + k * s->across, row);
+            if (jacobian_row[k] != 0) add(s->across, jacobian_row[k], s->at + k * s->across, row);
         for (size_t j = 0; j < s->across; j++) {
             const size_t input = (size_t)s->inputs[j];
-            if (input >= s->width && input < columns) row[j] += own[input];
+            if (input >= s->width && input < columns) row[j] += jacobian_row[input];
         }
     }
 }
@@ -113,17 +113,17 @@ static void settle_fibres(const core_shooting *s, const double weights[4], int s
         const size_t first = 2 * s->n + (size_t)(at.x - c->law_states), rate_row = (size_t)stage * s->width + first + 1;
         double *row = s->at + (first + 1) * s->across, *slope = s->slopes + rate_row * s->across;
         const double rate = at.xd[1], point[FIBRE_POINT] = {at.x[0], at.x[1], rate, c->lengths[at.m], 0};
-        double own[FIBRE_VALUES];
-        at.law->fibre(at.k, point, own);
-        const double by_fibre = own[2] + own[3] / time - own[5];
+        double fibre[FIBRE_VALUES];
+        at.law->fibre(at.k, point, fibre);
+        const double by_fibre = fibre[2] + fibre[3] / time - fibre[5];
         const int is_held = at.x[1] <= at.k[HILL_MIN_FIBRE];
-        const double per = is_held ? 0 : 1 / by_fibre, by_activation = at.x[0] < at.k[HILL_MIN_ACTIVATION] ? 0 : own[1];
+        const double per = is_held ? 0 : 1 / by_fibre, by_activation = at.x[0] < at.k[HILL_MIN_ACTIVATION] ? 0 : fibre[1];
         sum_row(s, first + 1, weights, stage, h, row);
-        for (size_t j = 0; j < s->across; j++) slope[j] = -row[j], row[j] *= per * own[3] / time;
-        add_duration(s, per * own[3] * rate / time * weights[stage], row);
+        for (size_t j = 0; j < s->across; j++) slope[j] = -row[j], row[j] *= per * fibre[3] / time;
+        add_duration(s, per * fibre[3] * rate / time * weights[stage], row);
         add(s->across, -per * by_activation, s->at + first * s->across, row);
         for (size_t i = 0; i < s->n; i++)
-            add(s->across, -per * own[5] * own[9] * c->jacobian[at.m * s->n + i], s->at + i * s->across, row);
+            add(s->across, -per * fibre[5] * fibre[9] * c->jacobian[at.m * s->n + i], s->at + i * s->across, row);
         add(s->across, 1, row, slope);
         for (size_t j = 0; j < s->across; j++) slope[j] /= time;
         add_duration(s, -rate / h, slope);
@@ -229,8 +229,8 @@ int core_shooting_along(core_shooting *s, int32_t count, int32_t steps, const do
     core_tangent_change_robot(t, robot_changes);
     for (int32_t k = 0; k < count && !bad; k++) {
         const size_t row = (size_t)k * s->width;
-        const double *own = controls + (size_t)k * (s->m + s->n);
-        if (simulate_along(t, steps, h[k], s, starts + row, own, derivatives + row)) bad = 1 + k;
+        const double *u = controls + (size_t)k * (s->m + s->n);
+        if (simulate_along(t, steps, h[k], s, starts + row, u, derivatives + row)) bad = 1 + k;
     }
     core_tangent_change_robot(t, s->none);
     return bad;

@@ -175,7 +175,7 @@ static void change_contact(const cable_ends *e, const taut_task *task, real *sto
 
 static int find_geodesic(const wrap_surface *s, const ellipsoid_view *v, const wrap_way *way, shot *best)
 {
-    real own[PATH_NUMBERS] = {NAN}, *stored = s->stored ? s->stored : own;
+    real local[PATH_NUMBERS] = {NAN}, *stored = s->stored ? s->stored : local;
     taut_task task;
     cable_ends e;
     memcpy(e.r, v->r, sizeof e.r), memcpy(e.a, v->a, sizeof e.a), memcpy(e.b, v->b, sizeof e.b);

@@ -158,7 +158,7 @@ static int insert(plane_path *found, int count, const plane_path *way)
 int fan_starts(const real half_axes[3], const tangent_cone cones[2], int planes,
                path_over starts[MAX_STARTS])
 {
-    plane_path ways[MANY_PLANES], found[MAX_STARTS];
+    plane_path ways[MANY_PLANES], shortest[MAX_STARTS];
     int count = 0, sections = 0;
     for (int k = 0; k < planes; k++) {
         real c, s;
@@ -167,16 +167,16 @@ int fan_starts(const real half_axes[3], const tangent_cone cones[2], int planes,
     }
     for (int k = 0; k < planes && sections == planes; k++) {
         const real before = ways[(k + planes - 1) % planes].length, after = ways[(k + 1) % planes].length;
-        const real here = ways[k].length;
-        if (!(value_of(here) < value_of(before) && value_of(here) <= value_of(after))) continue;
+        const real length = ways[k].length;
+        if (!(value_of(length) < value_of(before) && value_of(length) <= value_of(after))) continue;
         plane_path way = ways[k];
         refine(half_axes, cones, 2 * PI / planes, before, after, &way);
-        count = insert(found, count, &way);
+        count = insert(shortest, count, &way);
     }
-    if (!count && sections) found[0] = ways[0], count = 1;
+    if (!count && sections) shortest[0] = ways[0], count = 1;
     for (int k = 0; k < count; k++) {
-        if (value_of(found[k].length) > value_of(LONGER * found[0].length)) return k;
-        starts[k] = found[k].way;
+        if (value_of(shortest[k].length) > value_of(LONGER * shortest[0].length)) return k;
+        starts[k] = shortest[k].way;
     }
     return count;
 }

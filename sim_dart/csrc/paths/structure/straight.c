@@ -26,11 +26,11 @@ void straight_move(core *c)
     straight_place(c);
     memset(c->jacobian, 0, (size_t)c->blob.counts.muscles * dofs * sizeof(real));
     for (int32_t m = 0, k = 0; m < c->blob.counts.muscles; m++, k++) {
-        real *own = c->jacobian + (size_t)m * dofs, *row = c->is_driven ? c->row : own, length = number(0);
+        real *J = c->jacobian + (size_t)m * dofs, *row = c->is_driven ? c->row : J, length = number(0);
         if (c->is_driven) memset(row, 0, (size_t)c->blob.counts.variables * sizeof(real));
         for (const int32_t last = k + c->blob.muscle_points[m] - 1; k < last; k++)
             length += agreed(c, value_of(c->fixed_length[k]) >= 0) ? c->fixed_length[k] : add_segment(c, k, row);
         c->lengths[m] = length;
-        if (c->is_driven) variables_fold(c, row, own);
+        if (c->is_driven) variables_fold(c, row, J);
     }
 }
