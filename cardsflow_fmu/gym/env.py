@@ -74,14 +74,14 @@ class CardsflowEnv(gymnasium.Env[Observations, NDArray[np.float32]]):
         self, action: NDArray[np.float32]
     ) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
         """Advance by one step; see `gymnasium.Env.step`."""
-        given = np.asarray(action)
-        if given.shape != self.action_space.shape:
-            raise InputError(f"action must have shape {self.action_space.shape}, not {given.shape}")
-        found = self.episodes.step(given[None])
+        array = np.asarray(action)
+        if array.shape != self.action_space.shape:
+            raise InputError(f"action must have shape {self.action_space.shape}, not {array.shape}")
+        result = self.episodes.step(array[None])
         self._frames.append(self._state())
-        info = {name: values[0].item() for name, values in found.terms.items()}
-        ends = bool(found.terminated[0]), bool(found.truncated[0])
-        return self.episodes.observations()[0], float(found.rewards[0]), *ends, info
+        info = {name: values[0].item() for name, values in result.terms.items()}
+        ends = bool(result.terminated[0]), bool(result.truncated[0])
+        return self.episodes.observations()[0], float(result.rewards[0]), *ends, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return an image of the robot, shape (height, width, 3)."""

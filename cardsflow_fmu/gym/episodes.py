@@ -110,10 +110,10 @@ class Episodes:
 
     def observations(self) -> Observations:
         """Return the observations of all instances, shape (n, k)."""
-        found = self.task.observation(self.batch, self.targets)
+        rows = self.task.observation(self.batch, self.targets)
         if self.batch.diverged.any():
-            found[self.batch.diverged] = 0.0
-        return found
+            rows[self.batch.diverged] = 0.0
+        return rows
 
     def step(self, actions: NDArray[np.floating]) -> Transition:
         """Advance all instances by one step.
@@ -124,15 +124,15 @@ class Episodes:
         Raises:
             InputError: An action is not finite, or the shape is wrong.
         """
-        given = np.asarray(actions)
-        if given.shape != (self.batch.n, self.actions.size):
+        values = np.asarray(actions)
+        if values.shape != (self.batch.n, self.actions.size):
             raise InputError(
-                f"actions must have shape {(self.batch.n, self.actions.size)}, not {given.shape}"
+                f"actions must have shape {(self.batch.n, self.actions.size)}, not {values.shape}"
             )
-        if given.dtype.kind not in "fiu" or not np.isfinite(given).all():
-            raise InputError(f"actions must be finite numbers, not {given!r}")
+        if values.dtype.kind not in "fiu" or not np.isfinite(values).all():
+            raise InputError(f"actions must be finite numbers, not {values!r}")
         with suppress(SimulationError):  # `diverged` specifies the instances
-            self.batch.step(*self.actions.commands(given))
+            self.batch.step(*self.actions.commands(values))
         rewards, terms = self.task.rewards(self.batch, self.targets)
         terminated = np.asarray(terms["done"], dtype=np.bool_)
         bad = self.batch.diverged

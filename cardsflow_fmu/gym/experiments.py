@@ -48,12 +48,12 @@ def from_experiment(
     Raises:
         InputError: An option is invalid, or batches do not support the experiment.
     """
-    own = {k: options.pop(k) for k in _ENVIRONMENT_OPTIONS if k in options}
+    environment_options = {k: options.pop(k) for k in _ENVIRONMENT_OPTIONS if k in options}
     setup, steps = experiment_setup(Path(experiment), settings, **options)
-    own.setdefault("max_episode_steps", steps)
+    environment_options.setdefault("max_episode_steps", steps)
     if num_envs is None:
-        return CardsflowEnv(setup, **own)
-    return CardsflowVectorEnv(setup, num_envs, **own)
+        return CardsflowEnv(setup, **environment_options)
+    return CardsflowVectorEnv(setup, num_envs, **environment_options)
 
 
 _ENVIRONMENT_OPTIONS = ("max_episode_steps", "render_mode", "autoreset_mode", "threads")
@@ -89,8 +89,8 @@ def experiment_setup(
     """
     if task not in _TASKS:
         raise InputError(f"unknown task {task!r}; known: {', '.join(get_args(TaskKind))}")
-    given = dict(settings or {})
-    experiment = Experiment.load(path, given)
+    changes = dict(settings or {})
+    experiment = Experiment.load(path, changes)
     _require_supported(experiment)
     plant = experiment.plant
     count = positive("step", step) / (plant.step / plant.substeps)
@@ -98,7 +98,7 @@ def experiment_setup(
         raise InputError(f"step {step} s must be a multiple of the plant's {plant.step} s")
     steps = max(round(experiment.run.duration / step), 1) if task == "track" else 100
     robot = experiment.plant_robot
-    robots = [] if randomise is None else random_robots(path, given, randomise, variants, seed)
+    robots = [] if randomise is None else random_robots(path, changes, randomise, variants, seed)
     if task == "track":
         task_options = _tracking(experiment, step, steps) | task_options
     setup = Setup(
@@ -145,6 +145,6 @@ def _require_supported(experiment: Experiment) -> None:
         "an external plant ([fmus.plant])": "plant" in experiment.fmus,
         'the engine "dart"': experiment.plant.engine == "dart",
     }
-    for what, is_used in unsupported.items():
+    for feature, is_used in unsupported.items():
         if is_used:
-            raise InputError(f"environments do not support {what}", file=experiment.file)
+            raise InputError(f"environments do not support {feature}", file=experiment.file)

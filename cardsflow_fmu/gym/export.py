@@ -113,17 +113,17 @@ def export_network(
     Raises:
         InputError: The network cannot be read, or does not fit the experiment.
     """
-    file, given = Path(network), dict(settings or {})
+    file, overrides = Path(network), dict(settings or {})
     target = Path(folder)
     with create_new_folder(target, "policy"):
         written = target / "policy.json"
         spaces = {"pose": "joint", "reach": "operational"}
-        space = spaces.get(task) or Experiment.load(experiment, given).reference.space
+        space = spaces.get(task) or Experiment.load(experiment, overrides).reference.space
         changes = {"type": "policy", "policy": str(written.absolute()), "period": step}
         if space != "joint":
             changes["space"] = space
-        given |= {f"controller.{key}": value for key, value in changes.items()}
-        env = from_experiment(experiment, given, task=task, step=step)
+        overrides |= {f"controller.{key}": value for key, value in changes.items()}
+        env = from_experiment(experiment, overrides, task=task, step=step)
         assert isinstance(env, CardsflowEnv)
         if file.suffix == ".json":
             write_policy(read_policy(file), written)
@@ -131,5 +131,5 @@ def export_network(
             layers, functions = read_network(file)
             inner, last = (functions[0], functions[-1]) if functions else (activation, "linear")
             export_policy(env, layers, written, activation=inner, last=last)
-        loaded = Experiment.load(experiment, given)
+        loaded = Experiment.load(experiment, overrides)
         return [written, *build_fmus(loaded, target, ["controller"], native=True).values()]

@@ -74,16 +74,16 @@ def _read_onnx(file: Path) -> tuple[list[Pair], list[str]]:
     pairs: list[Pair] = []
     functions: list[str] = []
     for node in graph.node:
-        known = [tensors[name] for name in node.input if name in tensors]
-        if node.op_type == "Gemm" and len(known) == 2:
+        constants = [tensors[name] for name in node.input if name in tensors]
+        if node.op_type == "Gemm" and len(constants) == 2:
             settings = {a.name: onnx.helper.get_attribute_value(a) for a in node.attribute}
-            weights = known[0] if settings.get("transB") else known[0].T
+            weights = constants[0] if settings.get("transB") else constants[0].T
             scales = settings.get("alpha", 1.0), settings.get("beta", 1.0)
-            pairs.append((scales[0] * weights, scales[1] * known[1]))
-        elif node.op_type == "MatMul" and len(known) == 1:
-            pairs.append((known[0].T, np.zeros(known[0].shape[1])))
-        elif node.op_type == "Add" and len(known) == 1 and pairs:
-            pairs[-1] = pairs[-1][0], pairs[-1][1] + known[0]
+            pairs.append((scales[0] * weights, scales[1] * constants[1]))
+        elif node.op_type == "MatMul" and len(constants) == 1:
+            pairs.append((constants[0].T, np.zeros(constants[0].shape[1])))
+        elif node.op_type == "Add" and len(constants) == 1 and pairs:
+            pairs[-1] = pairs[-1][0], pairs[-1][1] + constants[0]
             continue
         elif node.op_type in _FUNCTIONS and pairs:
             functions[-1] = _FUNCTIONS[node.op_type]
@@ -91,8 +91,8 @@ def _read_onnx(file: Path) -> tuple[list[Pair], list[str]]:
         elif node.op_type in _IGNORED:
             continue
         else:
-            what = "only Gemm, MatMul, Add and functions of layers are supported"
-            raise InputError(f"contains {node.op_type} ({node.name!r}); {what}", file=file)
+            problem = "only Gemm, MatMul, Add and functions of layers are supported"
+            raise InputError(f"contains {node.op_type} ({node.name!r}); {problem}", file=file)
         functions.append("linear")
     if len({*functions[:-1]}) > 1:
         raise InputError(f"inner layers have different functions: {functions[:-1]}", file=file)

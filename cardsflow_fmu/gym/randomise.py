@@ -44,10 +44,10 @@ def random_robots(
     if randomise == "calibration":
         return _deviating_robots(Experiment.load(path, settings), count, seed)
     if isinstance(randomise, str) or not randomise:
-        what = (
+        problem = (
             f"must be 'calibration' or a list of tables as [[vary]] of studies, not {randomise!r}"
         )
-        raise InputError(what, key="randomise")
+        raise InputError(problem, key="randomise")
     context = Context(Path("randomise"))
     tables = [
         VarySettings.read(dict(table), context, f"vary[{k}]") for k, table in enumerate(randomise)

@@ -71,8 +71,8 @@ def make_vector_env(
     **options: Any,
 ) -> CardsflowVectorEnv:
     """Return a vector environment."""
-    own = {"autoreset_mode": autoreset_mode, "threads": threads, "render_mode": render_mode}
-    return CardsflowVectorEnv(make_setup(name, **options), num_envs, max_episode_steps, **own)
+    settings = {"autoreset_mode": autoreset_mode, "threads": threads, "render_mode": render_mode}
+    return CardsflowVectorEnv(make_setup(name, **options), num_envs, max_episode_steps, **settings)
 
 
 def make_setup(name: str, model: str | Path | None = None, **options: Any) -> Setup:
@@ -92,8 +92,8 @@ def make_setup(name: str, model: str | Path | None = None, **options: Any) -> Se
         return myosuite_setup(name, model)
     if model is not None:
         raise InputError(f"cardsflow/{name} has a robot; use from_experiment for another one")
-    example, given, _ = EXAMPLES[name]
-    return _cached_setup(example, Options({**given, **options}))
+    example, defaults, _ = EXAMPLES[name]
+    return _cached_setup(example, Options({**defaults, **options}))
 
 
 class Options(dict[str, Any]):

@@ -54,8 +54,8 @@ class CardsflowVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[An
         try:
             self._mode = AutoresetMode(autoreset_mode)
         except ValueError:
-            known = ", ".join(mode.value for mode in AutoresetMode)
-            raise InputError(f"unknown autoreset_mode {autoreset_mode!r}; known: {known}") from None
+            modes = ", ".join(mode.value for mode in AutoresetMode)
+            raise InputError(f"unknown autoreset_mode {autoreset_mode!r}; known: {modes}") from None
         self.metadata = {"autoreset_mode": self._mode}
         self.episodes = Episodes(setup, num_envs, max_episode_steps, threads)
         self.num_envs = self.episodes.batch.n

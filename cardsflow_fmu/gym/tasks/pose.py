@@ -86,37 +86,37 @@ def between(draw: Draw, low: FloatArray, high: FloatArray) -> FloatArray:
     return low + (high - low) * draw(len(low))
 
 
-def bounds(what: str, ranges: Mapping[str, ArrayLike]) -> tuple[FloatArray, FloatArray]:
+def bounds(label: str, ranges: Mapping[str, ArrayLike]) -> tuple[FloatArray, FloatArray]:
     """Return the lower and upper ends of ranges.
 
     Raises:
         InputError: A range is not (low, high) with finite numbers in this order.
     """
     if not ranges:
-        raise InputError(f"{what} must not be empty; name at least one coordinate or point")
+        raise InputError(f"{label} must not be empty; name at least one coordinate or point")
     low, high = [], []
     for name, pair in ranges.items():
         try:
             a, b = (np.asarray(end, dtype=np.float64) for end in pair)  # type: ignore[union-attr]
         except (TypeError, ValueError):
-            raise InputError(f"{what}: {name!r} must be (low, high), not {pair!r}") from None
+            raise InputError(f"{label}: {name!r} must be (low, high), not {pair!r}") from None
         if a.shape != b.shape or not (np.isfinite(a).all() and np.isfinite(b).all()):
-            raise InputError(f"{what}: {name!r} must have finite ends, not {pair!r}")
+            raise InputError(f"{label}: {name!r} must have finite ends, not {pair!r}")
         if (a > b).any():
-            raise InputError(f"{what}: {name!r} must begin below its end, not {pair!r}")
+            raise InputError(f"{label}: {name!r} must begin below its end, not {pair!r}")
         low.append(a.reshape(-1))
         high.append(b.reshape(-1))
     return np.concatenate(low), np.concatenate(high)
 
 
-def positive(what: str, value: float) -> float:
+def positive(label: str, value: float) -> float:
     """Return a positive, finite number.
 
     Raises:
         InputError: The value is something else.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < np.inf:
-        raise InputError(f"{what} must be positive and finite, not {value!r}")
+        raise InputError(f"{label} must be positive and finite, not {value!r}")
     return float(value)
 
 
@@ -133,12 +133,12 @@ def limits(
         InputError: A range is invalid, or a coordinate is not limited.
         UnknownNameError: A coordinate does not exist.
     """
-    found: dict[str, ArrayLike] = {c.name: (c.lower, c.upper) for c in robot.coordinates}
+    limits_by_name: dict[str, ArrayLike] = {c.name: (c.lower, c.upper) for c in robot.coordinates}
     for name, pair in (ranges or {}).items():
-        if name not in found:
-            raise UnknownNameError("coordinate", name, found)
-        found[name] = pair
-    for name, pair in found.items():
+        if name not in limits_by_name:
+            raise UnknownNameError("coordinate", name, limits_by_name)
+        limits_by_name[name] = pair
+    for name, pair in limits_by_name.items():
         if name not in (ranges or {}) and not np.isfinite(pair).all():
             raise InputError(f"random poses need limits; coordinate {name!r} has none")
-    return bounds("poses", found)
+    return bounds("poses", limits_by_name)

@@ -102,12 +102,12 @@ class ReachTask(Task):
         """Return positions of the points at random poses, shape (k, 3 points)."""
         rng, (low, high) = np.random.default_rng(0), limits(self.robot, ranges)
         poses = np.stack([rng.uniform(a, b, _POSES) for a, b in zip(low, high, strict=True)], 1)
-        batch, found = Batch(self.robot, _CHUNK), []
+        batch, positions = Batch(self.robot, _CHUNK), []
         rest = np.maximum(batch.command_low, 0.0)
         for k in range(0, _POSES, _CHUNK):
             batch.reset(q=poses[k : k + _CHUNK], commands=rest)
-            found.append(batch.task_position[:, self._columns])
-        points = np.concatenate(found)
+            positions.append(batch.task_position[:, self._columns])
+        points = np.concatenate(positions)
         inside = ((points >= self._low) & (points <= self._high)).all(axis=1)
         if not inside.any():
             raise InputError("targets: no pose of the robot brings the points into the boxes")

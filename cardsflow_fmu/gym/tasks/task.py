@@ -146,5 +146,5 @@ class Task(ABC):
 
 def norms(rows: FloatArray) -> FloatArray:
     """Return the 2-norms of rows, shape (n,)."""
-    found: FloatArray = np.sqrt(np.einsum("ij,ij->i", rows, rows))
-    return found
+    lengths: FloatArray = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    return lengths

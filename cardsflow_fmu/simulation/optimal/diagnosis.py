@@ -22,7 +22,7 @@ _AT_LIMIT = 1e-4  # distance from a limit, relative to its range
 _MAX_NAMES = 3
 
 
-def require_reachable(experiment: Experiment, own: MotionProblem) -> None:
+def require_reachable(experiment: Experiment, setup: MotionProblem) -> None:
     """Check that a pose exists for the start and for every goal with all task coordinates.
 
     Raises:
@@ -33,7 +33,7 @@ def require_reachable(experiment: Experiment, own: MotionProblem) -> None:
     for name, y in {"start": experiment.motion.start.y, **targets}.items():
         if y and np.isfinite(y).all():
             try:
-                inverse_kinematics(own.dynamics, np.array(y), np.array(experiment.start.q))
+                inverse_kinematics(setup.dynamics, np.array(y), np.array(experiment.start.q))
             except InputError as error:
                 error.file, error.key = experiment.file, f"motion.{name}.y"
                 raise
@@ -42,13 +42,13 @@ def require_reachable(experiment: Experiment, own: MotionProblem) -> None:
 def infeasibility(problem: OptimalProblem, solution: Solution) -> str:
     """Return the most violated constraint with its node, and the forces that are at a limit."""
     is_certain = solution.status == INFEASIBLE
-    what, node = _worst(problem, solution, with_gaps=not is_certain)
+    violation, node = _worst(problem, solution, with_gaps=not is_certain)
     T = solution.iterate.duration
     text = "no motion found: "
     if not is_certain:
         text += f"{solution.status} after {solution.history[-1].iteration} iterations; "
     time = node * T / problem.intervals
-    text += f"{what} at node {node:.4g} of {problem.intervals} (t = {time:.4g} s)"
+    text += f"{violation} at node {node:.4g} of {problem.intervals} (t = {time:.4g} s)"
     limited = _at_limits(problem, solution)
     if limited:
         text += f"; at their limits most of the time: {', '.join(limited)}"
@@ -56,7 +56,7 @@ def infeasibility(problem: OptimalProblem, solution: Solution) -> str:
 
 
 def active_bounds(
-    own: MotionProblem, solution: Solution
+    setup: MotionProblem, solution: Solution
 ) -> dict[str, tuple[FloatArray, BoolArray]]:
     """Return when the motion is at each bound by name, such as `f.biceps maximum`.
 
@@ -64,11 +64,11 @@ def active_bounds(
     those of muscles with their minimum force last. Fixed values, such as those of goals, are not
     included.
     """
-    problem, at = own.problem, solution.iterate
-    found, N = dict[str, tuple[FloatArray, BoolArray]](), problem.intervals
+    problem, at = setup.problem, solution.iterate
+    by_name, N = dict[str, tuple[FloatArray, BoolArray]](), problem.intervals
     nodes = np.arange(N + 1)
     parts: list[tuple[Sequence[str], IntArray, FloatArray, FloatArray, FloatArray]] = [
-        (control_signals(own), nodes[:-1], at.u, problem.u_low, problem.u_high),
+        (control_signals(setup), nodes[:-1], at.u, problem.u_low, problem.u_high),
         (problem.state_names, nodes, at.x, problem.x_low, problem.x_high),
     ]
     for each, values in zip(problem.constraints, solution.linearisation.values, strict=False):
@@ -81,9 +81,9 @@ def active_bounds(
         for word, flags in at_bounds.items():
             pairs = zip(names, (flags & (low < high)).T, strict=True)
             times = np.asarray(places * (at.duration / N), dtype=float)
-            found |= {f"{name} {word}": (times, is_at) for name, is_at in pairs if is_at.any()}
-    idle = {name for name in found if name.startswith("f.") and name.endswith("minimum")}
-    return dict(sorted(found.items(), key=lambda pair: (pair[0] in idle, -pair[1][1].mean())))
+            by_name |= {f"{name} {word}": (times, is_at) for name, is_at in pairs if is_at.any()}
+    idle = {name for name in by_name if name.startswith("f.") and name.endswith("minimum")}
+    return dict(sorted(by_name.items(), key=lambda pair: (pair[0] in idle, -pair[1][1].mean())))
 
 
 def _worst(problem: OptimalProblem, solution: Solution, *, with_gaps: bool) -> tuple[str, float]:
@@ -97,32 +97,32 @@ def _worst(problem: OptimalProblem, solution: Solution, *, with_gaps: bool) -> t
         with_gaps: Whether jumps of the states between intervals are included.
     """
     x, values_of = solution.iterate.x, solution.linearisation.values
-    found: list[tuple[float, str, float]] = []
+    violations: list[tuple[float, str, float]] = []
     for linear, values in zip(problem.linear, values_of[len(problem.constraints) :], strict=True):
         miss = excess(values, linear.low, linear.high)
         at = int(miss.argmax())
-        what = f"{linear.name}.{linear.rows[at]} is missed by {miss[at]:.3g}"
-        found.append((float(miss[at]), what, int(linear.nodes[at])))
+        violation = f"{linear.name}.{linear.rows[at]} is missed by {miss[at]:.3g}"
+        violations.append((float(miss[at]), violation, int(linear.nodes[at])))
     for constraint, values in zip(problem.constraints, values_of, strict=False):
         miss = excess(values, constraint.low, constraint.high)
         k, row = np.unravel_index(int(miss.argmax()), miss.shape)
-        what = f"{constraint.name}.{constraint.rows[row]} is missed by {miss[k, row]:.3g}"
+        violation = f"{constraint.name}.{constraint.rows[row]} is missed by {miss[k, row]:.3g}"
         place = float(constraint.nodes[k])
         place += 0.0 if constraint.shares is None else float(constraint.shares[k])
-        found.append((float(miss[k, row]), what, place))
+        violations.append((float(miss[k, row]), violation, place))
     beyond = excess(x, problem.x_low, problem.x_high)
     k, row = np.unravel_index(int(beyond.argmax()), beyond.shape)
     low, high = problem.x_low[k, row], problem.x_high[k, row]
     bound = f"must be {low:.4g}" if low == high else f"must be from {low:.4g} to {high:.4g}"
-    what = f"{problem.state_names[row]} {bound}, but is {x[k, row]:.4g}"
-    found.append((float(beyond[k, row]), what, int(k)))
+    violation = f"{problem.state_names[row]} {bound}, but is {x[k, row]:.4g}"
+    violations.append((float(beyond[k, row]), violation, int(k)))
     if with_gaps:
         gaps = abs(solution.linearisation.gaps)
         k, row = np.unravel_index(int(gaps.argmax()), gaps.shape)
-        what = f"{problem.state_names[row]} jumps by {gaps[k, row]:.3g}"
-        found.append((float(gaps[k, row]), what, int(k) + 1))
-    _, what, node = max(found)
-    return what, node
+        violation = f"{problem.state_names[row]} jumps by {gaps[k, row]:.3g}"
+        violations.append((float(gaps[k, row]), violation, int(k) + 1))
+    _, violation, node = max(violations)
+    return violation, node
 
 
 def _at_limits(problem: OptimalProblem, solution: Solution) -> list[str]:
@@ -136,7 +136,7 @@ def _at_limits(problem: OptimalProblem, solution: Solution) -> list[str]:
     for linear, values in zip(problem.linear, values_of, strict=True):
         if linear.name == "f_rate_max":
             at = values >= linear.high - _AT_LIMIT * solution.iterate.duration
-            own = Counter(name for name, is_at in zip(linear.rows, at, strict=True) if is_at)
-            often = [name for name, count in own.items() if 2 * count > problem.intervals - 1]
+            counts = Counter(name for name, is_at in zip(linear.rows, at, strict=True) if is_at)
+            often = [name for name, count in counts.items() if 2 * count > problem.intervals - 1]
             names += [f"rate of {name}" for name in often[:_MAX_NAMES]]
     return names
