@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -10,9 +11,9 @@ from support.robots.bent_cables import with_bent_cables
 from support.robots.loops import five_bar
 from support.robots.muscle_bench import SOUND, slider
 from support.robots.robots import EXAMPLES, PLANAR_2R
-from support.robots.wrapped import over_ellipsoids
+from support.robots.wrapped import FAR, over_ellipsoids
 
-from addin_sdfusion.robot import WORLD, CardsflowError, Robot, ViaPoint
+from addin_sdfusion.robot import WORLD, CardsflowError, Robot, ViaPoint, Wrap
 from cardsflow_fmu import Experiment
 from sim_dart import Plant
 from sim_dart.optimal.shooting import Shooting
@@ -114,6 +115,23 @@ def test_derivatives_over_ellipsoids_match_differences(is_inside: bool) -> None:
         ends = [replace(m, via_points=(inner, *m.via_points[1:])) for m in robot.muscles]
         robot = robot.with_muscles(ends)
     shooting = Shooting(robot, 1)
+    _check_derivatives(shooting, *_arguments(shooting))
+
+
+@pytest.mark.parametrize("rule", ["taut", "opensim"])
+def test_derivatives_of_partly_rigid_paths_match_differences(
+    rule: Literal["taut", "opensim"],
+) -> None:
+    """Each coordinate moves other parts of the path, over surfaces before and after it."""
+    robot = over_ellipsoids()
+    links, places = (
+        (WORLD, "link_0", "link_1", FAR),
+        ((-0.3, 0.02), (0.2, 0.05), (0.24, 0.04), (0.4, -0.03)),
+    )
+    points = tuple(ViaPoint(link, (*at, 0.02)) for link, at in zip(links, places, strict=True))
+    wraps = Wrap("egg", 0, rule=rule), Wrap("far", 2, rule=rule)
+    muscles = [replace(robot.muscles[0], via_points=points, wraps=wraps), *robot.muscles[1:]]
+    shooting = Shooting(robot.with_muscles(muscles), 1)
     _check_derivatives(shooting, *_arguments(shooting))
 
 
