@@ -225,6 +225,12 @@ static inline size_t blob_reals(const blob_view *view)
     return length;
 }
 
+/* Return the number of q, qd and law_states. */
+static inline size_t state_size(const core *c)
+{
+    return 2 * (size_t)c->blob.counts.dofs + (size_t)c->blob.law_states;
+}
+
 /* Decisions of instances that are computed in lanes. A lane that leaves its group computes numbers without
    meaning from then on; its step is repeated alone, see ../batch/lanes.c. */
 #if defined(CARDSFLOW_LANES)

@@ -41,7 +41,7 @@ static void store(const core *c, const real *q, const real *qd, const real *stat
 /* Return number k of the state before the step + h times weighted rates of the stages. */
 static real after(const core *c, size_t k, const constant weights[4], int stages, real h)
 {
-    const size_t numbers = 2 * (size_t)c->blob.counts.dofs + (size_t)c->blob.law_states;
+    const size_t numbers = state_size(c);
     real sum = 0;
     for (int i = 0; i < stages; i++)
         if (weights[i] != 0) sum += weights[i] * c->stage_rates[(size_t)i * numbers + k];
@@ -78,7 +78,7 @@ static int move_to(core *c, const stage_table *table, int stage, real h)
 static int one_step(core *c, const real *u, const real *extra, real h, stage_observer *observe, void *observer)
 {
     const stage_table *table = runge_kutta_stages(c, h);
-    const size_t numbers = 2 * (size_t)c->blob.counts.dofs + (size_t)c->blob.law_states;
+    const size_t numbers = state_size(c);
     store(c, c->q, c->qd, c->law_states, c->before);
     c->is_settling = table == &IMPLICIT_FIBRES;
     for (int stage = 0; stage < 4; stage++) {

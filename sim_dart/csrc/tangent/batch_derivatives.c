@@ -8,12 +8,7 @@
 
 #include "../blob/state.h"
 
-/* Numbers of a state, and of a state with the inputs of a step. */
-static size_t state_size(const core *c)
-{
-    return 2 * (size_t)c->blob.counts.dofs + (size_t)c->blob.law_states;
-}
-
+/* Return the number of the states and inputs of a step. */
 static size_t input_size(const core *c)
 {
     return state_size(c) + (size_t)c->blob.counts.muscles + (size_t)c->blob.counts.dofs;

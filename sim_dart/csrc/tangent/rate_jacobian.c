@@ -17,14 +17,9 @@ struct rate_jacobian {
     double *row;               /* two rows of coordinates */
 };
 
-static size_t width_of(const core *plain)
-{
-    return 2 * (size_t)plain->blob.counts.dofs + (size_t)plain->blob.law_states;
-}
-
 static size_t own_numbers(const core *plain)
 {
-    const size_t n = (size_t)plain->blob.counts.dofs, m = (size_t)plain->blob.counts.muscles, width = width_of(plain);
+    const size_t n = (size_t)plain->blob.counts.dofs, m = (size_t)plain->blob.counts.muscles, width = state_size(plain);
     return width * (width + m + n) + n * n + 2 * n * m + LAW_PARTIALS * m + 2 * n;
 }
 
@@ -38,7 +33,7 @@ rate_jacobian *rate_jacobian_open(core *plain, void *memory)
     rate_jacobian *r = memory;
     r->plain = plain;
     r->n = (size_t)plain->blob.counts.dofs, r->m = (size_t)plain->blob.counts.muscles;
-    r->states = (size_t)plain->blob.law_states, r->width = width_of(plain);
+    r->states = (size_t)plain->blob.law_states, r->width = state_size(plain);
     r->columns = r->width + r->m + r->n;
     r->rows = (double *)(void *)(r + 1);
     memset(r->rows, 0, own_numbers(plain) * sizeof(double));

@@ -21,22 +21,17 @@ struct core_shooting {
     double *none;                     /* zeros, as many as the blob has numbers or any array */
 };
 
-static size_t width_of(const core *plain)
-{
-    return 2 * (size_t)plain->blob.counts.dofs + (size_t)plain->blob.law_states;
-}
-
 /* Return the maximum number of derivatives of a state. */
 static size_t derivatives_of(const core *plain)
 {
     const size_t controls = (size_t)plain->blob.counts.muscles + (size_t)plain->blob.counts.dofs;
-    return width_of(plain) * (width_of(plain) + controls + 1);
+    return state_size(plain) * (state_size(plain) + controls + 1);
 }
 
 /* Return an upper bound of the length of `none`. */
 static size_t zeros_of(const core *plain)
 {
-    return core_tangent_robot_numbers(plain) + width_of(plain) + (size_t)plain->blob.counts.muscles;
+    return core_tangent_robot_numbers(plain) + state_size(plain) + (size_t)plain->blob.counts.muscles;
 }
 
 size_t core_shooting_size(const core *plain)
@@ -52,7 +47,7 @@ core_shooting *core_shooting_open(core *plain, void *memory)
     const size_t length = derivatives_of(plain);
     s->plain = plain;
     s->n = (size_t)plain->blob.counts.dofs, s->m = (size_t)plain->blob.counts.muscles;
-    s->width = width_of(plain);
+    s->width = state_size(plain);
     s->at = (double *)(void *)(s + 1);
     s->slopes = s->at + length;
     s->none = s->slopes + 4 * length;
