@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import InputError, Robot, SimulationError
 from cardsflow_fmu.utils.arrays import BoolArray, FloatArray
 from sim_dart import Batch
-from sim_dart.batch.arguments import whole
+from sim_dart.batch.arguments import integer
 
 from .actions import ActionMap, Actions
 from .draws import Draws
@@ -75,7 +75,7 @@ class Episodes:
         self, setup: Setup, n: int, max_episode_steps: int | None, threads: int = 0
     ) -> None:
         if max_episode_steps is not None:
-            whole("max_episode_steps", max_episode_steps, 1)
+            integer("max_episode_steps", max_episode_steps, 1)
         self.setup, self.task, self._max = setup, setup.task, max_episode_steps
         options = {"integrator": setup.integrator, "substeps": setup.substeps}
         self.batch = Batch(

@@ -64,11 +64,12 @@ def solve_qp(qp: QuadraticProgram, in_stages: bool = True) -> QpSolution:
     import piqp  # late, since few commands need it
 
     solver = piqp.SparseSolver()
-    own = solver.settings
+    settings = solver.settings
     if in_stages:
-        own.kkt_solver = piqp.KKTSolver.sparse_multistage
-    own.eps_abs = own.eps_rel = own.eps_duality_gap_abs = own.eps_duality_gap_rel = _TOLERANCE
-    own.max_iter = _MAX_ITERATIONS
+        settings.kkt_solver = piqp.KKTSolver.sparse_multistage
+    settings.eps_abs = settings.eps_rel = _TOLERANCE
+    settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = _TOLERANCE
+    settings.max_iter = _MAX_ITERATIONS
     some = qp.C.shape[0] > 0
     solver.setup(
         *(qp.P, qp.g, qp.A, qp.b),

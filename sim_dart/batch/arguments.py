@@ -11,22 +11,22 @@ from addin_sdfusion.robot import InputError
 from sim_dart.core.arrays import BoolArray, FloatArray, IntArray
 
 
-def whole(what: str, value: object, smallest: int) -> int:
+def integer(label: str, value: object, smallest: int) -> int:
     """Return a whole number that is not below `smallest`.
 
     Raises:
         InputError: The value is something else.
     """
     if isinstance(value, bool) or not isinstance(value, Integral) or value < smallest:
-        raise InputError(f"{what} must be a whole number from {smallest}, not {value!r}")
+        raise InputError(f"{label} must be a whole number from {smallest}, not {value!r}")
     return int(value)
 
 
-def rows(what: str, values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
+def rows(label: str, values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     """Return finite values of all instances as a contiguous array.
 
     Args:
-        what: Name of the values, for messages.
+        label: Name of the values, for messages.
         values: One row per instance, or one row for all.
         shape: Shape of the array, (n, k).
 
@@ -36,14 +36,14 @@ def rows(what: str, values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"{what} must be numbers of shape {shape}, not {values!r}") from None
+        raise InputError(f"{label} must be numbers of shape {shape}, not {values!r}") from None
     if array.shape not in (shape, shape[1:]):
-        raise InputError(f"{what} must have shape {shape} or {shape[1:]}, not {array.shape}")
+        raise InputError(f"{label} must have shape {shape} or {shape[1:]}, not {array.shape}")
     is_finite = np.isfinite(array)
     if not is_finite.all():
         i, k = np.argwhere(~np.broadcast_to(is_finite, shape))[0].tolist()
         value = array[..., k].flat[i]
-        raise InputError(f"{what} must be finite, not {value} (instance {i}, column {k})")
+        raise InputError(f"{label} must be finite, not {value} (instance {i}, column {k})")
     return np.ascontiguousarray(array) if array.shape == shape else np.full(shape, array)
 
 
@@ -61,7 +61,7 @@ def chosen_instances(chosen: ArrayLike | None, n: int) -> BoolArray:
     return mask
 
 
-def indices(what: str, values: ArrayLike, n: int, size: int) -> IntArray:
+def indices(label: str, values: ArrayLike, n: int, size: int) -> IntArray:
     """Return n indices below `size`.
 
     Raises:
@@ -70,8 +70,10 @@ def indices(what: str, values: ArrayLike, n: int, size: int) -> IntArray:
     array = np.asarray(values)
     if array.shape != (n,) or array.dtype.kind not in "iu":
         raise InputError(
-            f"{what} must be {n} whole numbers, not {array.dtype} with shape {array.shape}"
+            f"{label} must be {n} whole numbers, not {array.dtype} with shape {array.shape}"
         )
     if ((array < 0) | (array >= size)).any():
-        raise InputError(f"{what} must be from 0 to {size - 1}, not {array.min()} to {array.max()}")
+        raise InputError(
+            f"{label} must be from 0 to {size - 1}, not {array.min()} to {array.max()}"
+        )
     return array.astype(np.int32)

@@ -13,7 +13,7 @@ from sim_dart.core.arrays import BoolArray, FloatArray
 from sim_dart.core.tasks import task_rows
 from sim_dart.plant.settings import Rule, check_step, require_rk4_support
 
-from .arguments import chosen_instances, indices, rows, whole
+from .arguments import chosen_instances, indices, integer, rows
 from .binding import BIAS, MASS_MATRIX, TASK_JACOBIAN, TENSIONS, batch_library
 from .instances import Instances
 from .threads import Threads
@@ -91,8 +91,8 @@ class Batch:
         check_step(step, integrator, substeps)
         self._options = {"integrator": integrator, "substeps": substeps, "threads": threads}
         self._robots = tuple(variants) or (robot,)
-        self.robot, self.n = robot, whole("n", n, 1)
-        self._threads = Threads(whole("threads", threads, 0))
+        self.robot, self.n = robot, integer("n", n, 1)
+        self._threads = Threads(integer("threads", threads, 0))
         self._instances = Instances(self._robots, self.n)
         if integrator == "rk4":
             for one in self._robots:

@@ -233,7 +233,7 @@ CORE_API void core_pulling(core *c);
 CORE_API int core_law_rates(core *c, const real *u);
 
 /* Advance law_states by a time h [s] with constant u, while each path lengthens with its rate. A caller that
-   knows the velocities at the end of the step calls core_rates with them first. */
+   has computed the velocities at the end of the step calls core_rates with them first. */
 CORE_API int core_advance(core *c, const real *u, real h);
 
 /* Compute force_low and force_high: the tensions after a time h with the minimum and maximum command, while

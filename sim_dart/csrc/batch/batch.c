@@ -39,15 +39,15 @@ typedef struct {
 /* Step the waiting instances in the largest groups that they fill, and the others alone. */
 static void step_waiting(waiting *w, char *memory, int has_extra, real h, int32_t steps, int32_t *answers)
 {
-    int32_t i = 0, found[MAX_LANES];
+    int32_t i = 0, result[MAX_LANES];
     if (!w->count) return;
     for (const batch_lanes *lanes = batch_lanes_for(w->handle[0]); lanes; lanes = lanes->narrower) {
         for (; w->count - i >= lanes->count; i += lanes->count)
-            lanes->step(memory, w->handle + i, w->u + i, has_extra ? w->extra + i : NULL, h, steps, found + i);
+            lanes->step(memory, w->handle + i, w->u + i, has_extra ? w->extra + i : NULL, h, steps, result + i);
         memory += size_of(lanes, w->handle[0]);
     }
-    for (; i < w->count; i++) found[i] = core_step(w->handle[i], w->u[i], w->extra[i], h, steps);
-    for (i = 0; i < w->count; i++) answers[w->index[i]] = found[i];
+    for (; i < w->count; i++) result[i] = core_step(w->handle[i], w->u[i], w->extra[i], h, steps);
+    for (i = 0; i < w->count; i++) answers[w->index[i]] = result[i];
     w->count = 0;
 }
 
@@ -59,13 +59,13 @@ void core_batch_step(void *memory, size_t stride, int32_t count, const real *u, 
     for (int32_t k = 0; k < count; k++) {
         core *c = instance(memory, stride, k);
         const blob_counts *n = &c->blob.counts;
-        const real *own = row(u, k, n->muscles), *outer = row(extra, k, n->dofs);
+        const real *commands = row(u, k, n->muscles), *outer = row(extra, k, n->dofs);
         if (answers[k]) continue;
         if (!group || is_runge_kutta) {
-            answers[k] = (is_runge_kutta ? core_runge_kutta : core_step)(c, own, outer, h, steps);
+            answers[k] = (is_runge_kutta ? core_runge_kutta : core_step)(c, commands, outer, h, steps);
             continue;
         }
-        w.index[w.count] = k, w.handle[w.count] = c, w.u[w.count] = own, w.extra[w.count++] = outer;
+        w.index[w.count] = k, w.handle[w.count] = c, w.u[w.count] = commands, w.extra[w.count++] = outer;
         if (w.count == MAX_LANES) step_waiting(&w, group, extra != NULL, h, steps, answers);
     }
     step_waiting(&w, group, extra != NULL, h, steps, answers);

@@ -38,7 +38,7 @@ _Static_assert(GROUP <= MAX_LANES, "MAX_LANES is wrong");
 #define variables_move(c) ((void)(c))
 #define variables_rates(c, qd) (qd)
 #define variables_follow(c, qd, rates) ((void)(rates))
-#define variables_fold(c, row, own) ((void)(row))
+#define variables_fold(c, row, reduced) ((void)(row))
 #define dense_factor(c, armature) ((void)(c))
 #define dense_solve(c, x) ((void)(c))
 #define dense_accelerate(c, qd, tau, armature) ((void)(c))
@@ -141,9 +141,9 @@ static int qualifies(const core *c)
 static size_t group_size(const core *c)
 {
     if (!qualifies(c)) return 0;
-    const size_t dofs = (size_t)c->blob.counts.dofs, own = (size_t)c->blob.counts.muscles + dofs + 2 * dofs +
-                                                           (size_t)c->blob.law_states + 4;
-    return sizeof(group) + sizeof(real) * (1 + own + state_reals(&c->blob) + blob_reals(&c->blob));
+    const size_t dofs = (size_t)c->blob.counts.dofs, numbers = (size_t)c->blob.counts.muscles + dofs + 2 * dofs +
+                                                               (size_t)c->blob.law_states + 4;
+    return sizeof(group) + sizeof(real) * (1 + numbers + state_reals(&c->blob) + blob_reals(&c->blob));
 }
 
 static const double *plain(const real *numbers)
@@ -169,8 +169,8 @@ static __attribute__((noinline)) void gather(real *to, const double *const from[
 
 static __attribute__((noinline)) void scatter(real *to, const real *from, int lane, size_t count)
 {
-    double *own = (double *)(void *)to;
-    for (size_t k = 0; k < count; k++) own[k] = from[k][lane];
+    double *out = (double *)(void *)to;
+    for (size_t k = 0; k < count; k++) out[k] = from[k][lane];
 }
 
 /* Copy arrays of the handles to the lanes. */

@@ -5,7 +5,7 @@
 #include "../blob/state.h"
 
 /* Change the rates, qd or qdd, by impulses or forces so that all of them are within low and high. Links and
-   inertias must be those of the last q. `side` tells the active limits. */
+   inertias must be those of the last q. `side` contains the active limits. */
 CORE_INSIDE void limits_enforce(core *c, real *rates);
 /* Set coordinates that are beyond a limit, or `held`, to the limit, and stop them by impulses; moves the
    handle. */

@@ -163,11 +163,11 @@ IN_LANES void direct_lanes(const real *radius, int count, const lane_views *v, r
     for (int i = 0; i < count; i++) {
         const real g = radius[i] / v->cross[i], at_e = (g * v->ab[i] + tangent[i]) / ee[i];
         const real per = sign * v->per[i], level = per * v->P[i], climb = v->per[i] * v->h[i];
-        const real own = v->is_touched[i] != 0 ? level * at_e : per;
-        const real other = v->is_touched[i] != 0 ? level * g : per;
-        out[0][i] = own * e[0][i] - other * f[0][i] + climb * v->n[0][i];
-        out[1][i] = own * e[1][i] - other * f[1][i] + climb * v->n[1][i];
-        out[2][i] = own * e[2][i] - other * f[2][i] + climb * v->n[2][i];
+        const real along_e = v->is_touched[i] != 0 ? level * at_e : per;
+        const real along_f = v->is_touched[i] != 0 ? level * g : per;
+        out[0][i] = along_e * e[0][i] - along_f * f[0][i] + climb * v->n[0][i];
+        out[1][i] = along_e * e[1][i] - along_f * f[1][i] + climb * v->n[1][i];
+        out[2][i] = along_e * e[2][i] - along_f * f[2][i] + climb * v->n[2][i];
     }
 }
 
