@@ -125,10 +125,10 @@ class _State:
     best: tuple[Iterate, Linearisation] | None = None
 
 
-def _rank(own: Solution) -> tuple[bool, bool, float]:
+def _rank(solution: Solution) -> tuple[bool, bool, float]:
     """Return the order of attempts: feasible ones, then those that name a constraint."""
-    worth = own.cost if own.is_feasible else own.violation
-    return not own.is_feasible, own.status == NOT_CONVERGED, worth
+    worth = solution.cost if solution.is_feasible else solution.violation
+    return not solution.is_feasible, solution.status == NOT_CONVERGED, worth
 
 
 class Optimiser:
@@ -246,7 +246,7 @@ class Optimiser:
     def _is_dynamic(self, state: _State) -> bool:
         """Return whether bounds and goals are violated more than the dynamics."""
         gaps, *others = self.transcription.violations(state.at, state.own.gaps, state.own.values)
-        worst = max(float(part.max(initial=0.0)) for part in others)
+        worst = max(float(v.max(initial=0.0)) for v in others)
         return worst > max(float(gaps.max()), _FEASIBILITY)
 
     def _iterate(self, state: _State) -> tuple[str, float]:
@@ -263,40 +263,41 @@ class Optimiser:
             if state.is_slow:
                 program, found_step, is_relaxed = self._step(state, max(_CORRECTION, state.damping))
                 step = found_step.d
-        moved, share, found = self._search(state, step, is_relaxed)
+        moved, share, linearised = self._search(state, step, is_relaxed)
         if moved is None and not is_relaxed and self._worst(state) < _NEAR:
             # the filter rejects steps of second order near the optimum: follow one, and start anew
             moved, share = self.transcription.move(state.at, step, 1.0), 1.0
             state.filter = state.filter[:1]
             state.damping = max(10.0 * state.damping, _MORE_DAMPING)
-        found = found or (None if moved is None else self.transcription.linearise(moved))
+        linearised = linearised or (None if moved is None else self.transcription.linearise(moved))
         state.is_full = share == 1.0
-        if moved is None or found is None:
+        if moved is None or linearised is None:
             state.idle += is_relaxed
             return self._increase_damping(state), 0.0
         violation = self.transcription.violation
-        stays = is_relaxed and violation(moved, found) >= _PROGRESS * violation(state.at, state.own)
+        before, after = violation(state.at, state.own), violation(moved, linearised)
+        stays = is_relaxed and after >= _PROGRESS * before
         if not is_relaxed:
             multipliers = self.transcription.multipliers(state.own, program, found_step)
-            self._learn(state, moved, found, multipliers)
-        reduced = violation(moved, found) / max(violation(state.at, state.own), _FEASIBILITY)
-        if state.free <= 0 and self._refine(moved, found.intervals.ends):
-            found = self.transcription.linearise(moved) or found
+            self._learn(state, moved, linearised, multipliers)
+        reduced = after / max(before, _FEASIBILITY)
+        if state.free <= 0 and self._refine(moved, linearised.intervals.ends):
+            linearised = self.transcription.linearise(moved) or linearised
             state.filter, state.best = state.filter[:1], None
-        state.at, state.own = moved, found
+        state.at, state.own = moved, linearised
         if self._worst(state) <= _FEASIBILITY:
-            state.best = moved, found
+            state.best = moved, linearised
         state.idle = state.idle + 1 if stays else 0
         self._adapt_damping(state, share, reduced)
         return "stalled" if state.idle >= _STALLED else "", share
 
     def _learn(
-        self, state: _State, moved: Iterate, found: Linearisation, multipliers: FloatArray
+        self, state: _State, moved: Iterate, linearised: Linearisation, multipliers: FloatArray
     ) -> None:
         """Update the Hessian of the Lagrangian with the change of the gradients along a step."""
-        own = self.transcription
-        before, after = (own.stage_gradients(each, multipliers) for each in (state.own, found))
-        state.hessian.update(own.stages(moved) - own.stages(state.at), after - before)
+        gradients, stages = self.transcription.stage_gradients, self.transcription.stages
+        before, after = (gradients(each, multipliers) for each in (state.own, linearised))
+        state.hessian.update(stages(moved) - stages(state.at), after - before)
 
     def _adapt_damping(self, state: _State, share: float, reduced: float) -> None:
         """Change the damping after a step that multiplied the violation by `reduced`.
@@ -321,19 +322,19 @@ class Optimiser:
 
     def _worst(self, state: _State) -> float:
         """Return the largest scaled violation of a constraint."""
-        own = self.transcription.violations(state.at, state.own.gaps, state.own.values)
-        return max(float(part.max(initial=0.0)) for part in own)
+        violations = self.transcription.violations(state.at, state.own.gaps, state.own.values)
+        return max(float(v.max(initial=0.0)) for v in violations)
 
     def _step(
         self, state: _State, damping: float | None = None
     ) -> tuple[Program, QpSolution, bool]:
         """Return the program, the step, and whether constraints had to be relaxed."""
         damping = state.damping if damping is None else damping
-        own = state.at, state.own, damping, state.hessian.blocks, state.positive
-        program = self.transcription.program(*own)
-        found = solve_qp(program.qp, all(each.in_stages for each in self.problem.linear))
-        if found.is_solved:
-            return program, found, False
+        arguments = state.at, state.own, damping, state.hessian.blocks, state.positive
+        program = self.transcription.program(*arguments)
+        solution = solve_qp(program.qp, all(each.in_stages for each in self.problem.linear))
+        if solution.is_solved:
+            return program, solution, False
         return program, self._relaxed(program.qp), True
 
     def _relaxed(self, program: QuadraticProgram) -> QpSolution:
@@ -355,15 +356,15 @@ class Optimiser:
         A relaxed step must reduce the violation. After a full step, the next one is linearised at
         once: it is probably accepted, too.
         """
-        transcription, own = self.transcription, state.own
-        theta = transcription.violation(state.at, own)
-        slope, less = self._slope(state, step), own.cost - _MARGIN * theta * abs(own.cost)
+        transcription, current = self.transcription, state.own
+        theta = transcription.violation(state.at, current)
+        slope, less = self._slope(state, step), current.cost - _MARGIN * theta * abs(current.cost)
         for share in _SHARES.tolist():
             moved = transcription.move(state.at, step, share)
-            found = None
+            linearised = None
             if share == 1.0 and state.is_full:
-                found = transcription.linearise(moved)
-                tried = found and (transcription.violation(moved, found), found.cost)
+                linearised = transcription.linearise(moved)
+                tried = linearised and (transcription.violation(moved, linearised), linearised.cost)
             else:
                 tried = transcription.evaluate(moved)
             if tried is None:
@@ -371,11 +372,11 @@ class Optimiser:
             new_theta, cost = tried
             if state.free > 0 and new_theta < state.filter[0][0]:
                 state.free -= 1
-                return moved, share, found
-            descends = slope < 0.0 and -share * slope > 10.0 * theta * abs(own.cost)
+                return moved, share, linearised
+            descends = slope < 0.0 and -share * slope > 10.0 * theta * abs(current.cost)
             if descends and new_theta <= max(theta, 0.1 * _FEASIBILITY):
-                rounding = _ROUNDING * max(abs(own.cost), 1e-12)
-                accepted = cost <= own.cost + _ARMIJO * share * slope + rounding
+                rounding = _ROUNDING * max(abs(current.cost), 1e-12)
+                accepted = cost <= current.cost + _ARMIJO * share * slope + rounding
             else:
                 accepted = new_theta <= (1.0 - _MARGIN) * theta
                 accepted |= cost < less and not is_relaxed
@@ -384,5 +385,5 @@ class Optimiser:
             if accepted:
                 if not descends:
                     state.filter.append(((1.0 - _MARGIN) * theta, less))
-                return moved, share, found
+                return moved, share, linearised
         return None, 0.0, None
