@@ -101,12 +101,12 @@ def advantages(
     rewards: torch.Tensor, ends: torch.Tensor, values: torch.Tensor, discount: float
 ) -> torch.Tensor:
     """Return generalised advantages, shape (steps, n), for one more row of values."""
-    found, after = torch.zeros_like(rewards), torch.zeros_like(rewards[0])
+    result, after = torch.zeros_like(rewards), torch.zeros_like(rewards[0])
     for k in reversed(range(len(rewards))):
         runs = discount * (1.0 - ends[k])
         after = rewards[k] - values[k] + runs * (values[k + 1] + LAMBDA * after)
-        found[k] = after
-    return found
+        result[k] = after
+    return result
 
 
 @torch.no_grad()

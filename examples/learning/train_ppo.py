@@ -42,14 +42,14 @@ class Agent:
         advantages, returns = data
         advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
         for _ in range(EPOCHS):
-            for part in torch.randperm(len(x)).chunk(PARTS):
-                change = self.policy(x[part]).log_prob(a[part]).sum(1) - log_p[part]
+            for batch in torch.randperm(len(x)).chunk(PARTS):
+                change = self.policy(x[batch]).log_prob(a[batch]).sum(1) - log_p[batch]
                 ratio = change.exp()
                 if (ratio - 1.0 - change).mean() > MAX_CHANGE:  # Kullback-Leibler divergence
                     return
-                gain, clipped = advantages[part], ratio.clamp(1.0 - CLIP, 1.0 + CLIP)
+                gain, clipped = advantages[batch], ratio.clamp(1.0 - CLIP, 1.0 + CLIP)
                 policy_loss = -torch.min(ratio * gain, clipped * gain).mean()
-                value_loss = (self.value(x[part]) - returns[part]).square().mean()
+                value_loss = (self.value(x[batch]) - returns[batch]).square().mean()
                 losses = zip((policy_loss, value_loss), self._groups, self._optimisers, strict=True)
                 for loss, group, optimiser in losses:
                     optimiser.zero_grad()
@@ -81,14 +81,14 @@ class Rollouts:
             rows.append((x, actions, log_p, rewards, ends, agent.value(x)))
         x, actions, log_p, rewards, ends, values = (torch.stack(c) for c in zip(*rows, strict=True))
         last = agent.value(self.normal(self._observations))
-        found = advantages(rewards, ends, torch.cat([values, last[None]]), DISCOUNT)
-        columns = x, actions, log_p, found, found + values
+        gains = advantages(rewards, ends, torch.cat([values, last[None]]), DISCOUNT)
+        columns = x, actions, log_p, gains, gains + values
         return [column.flatten(0, 1) for column in columns]
 
     def _step(self, actions: np.ndarray) -> tuple[torch.Tensor, torch.Tensor]:
         """Return rewards and ends of a step. A reward at the time limit includes the value."""
-        found = self._envs.step(actions)
-        self._observations, rewards, terminated, truncated, infos = found
+        result = self._envs.step(actions)
+        self._observations, rewards, terminated, truncated, infos = result
         ends = terminated | truncated
         self._returns = DISCOUNT * self._returns + rewards
         self._scale.update(self._returns[:, None])
