@@ -429,7 +429,7 @@ def test_errors_are_reported_as_messages(planar: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"run.step": 0.001, "controller.period": 0.005}, "make run.step the controller's period"),
+        ({"run.step": 0.001, "controller.period": 0.005}, "set run.step to controller.period"),
         ({"hardware.has_positions": False}, "expects positions and velocities"),
         ({"hardware.has_tensions": False}, "expects lengths and tensions"),
         ({"hardware.scale": 2.0}, "in SI units"),
@@ -449,8 +449,8 @@ def test_unsupported_robots_are_rejected(tmp_path: Path) -> None:
     arm = Experiment.load(ARM, settings)
     rough = replace(arm, robot=with_bent_cables(arm.robot, 0.1, arm.start.q))
     for made, message in (
-        (Experiment.load(EXAMPLES / "bicycle", settings), "no closed loops"),
-        (rough, "no friction of cables"),
+        (Experiment.load(EXAMPLES / "bicycle", settings), "does not support closed loops"),
+        (rough, "does not support cable friction"),
     ):
         with pytest.raises(InputError, match=message):
             make_controller.write_controller(made, tmp_path)
