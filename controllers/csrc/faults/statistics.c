@@ -78,58 +78,48 @@ void faults_count(faults *s, size_t i, real measured, real variance)
     s->repeats[i]++;
 }
 
-/* Add the sums of a tick to those of the channels from `first` to `last`; the sums of PART ticks. */
-static void add_tick(const faults *s, int age, size_t first, size_t last)
+/* Add the sums of a tick to those of a window; the sums of PART ticks. */
+static void add_tick(const faults *s, int age)
 {
     const size_t at = faults_at(s, 0, s->clock[0] - age);
     real *restrict S = s->sum, *restrict I = s->information;
-    for (size_t i = first; i < last; i++) S[i] += s->weight[at + i] * s->residual[at + i], I[i] += s->weight[at + i];
+    for (size_t i = 0; i < s->c; i++) S[i] += s->weight[at + i] * s->residual[at + i], I[i] += s->weight[at + i];
 }
 
-static void add_part(const faults *s, int age, size_t first, size_t last)
+static void add_part(const faults *s, int age)
 {
     const size_t at = faults_at(s, 0, s->clock[0] - age);
     real *restrict S = s->sum, *restrict I = s->information;
-    for (size_t i = first; i < last; i++) S[i] += s->sums[at + i], I[i] += s->weights[at + i];
+    for (size_t i = 0; i < s->c; i++) S[i] += s->sums[at + i], I[i] += s->weights[at + i];
 }
 
 /* Note the windows that begin at a tick and exceed the threshold. */
-static void compare(faults *s, real begin, size_t first, size_t last)
+static void compare(faults *s, real begin)
 {
-    for (size_t i = first; i < last; i++) {
+    for (size_t i = 0; i < s->c; i++) {
         const real S = s->sum[i], I = s->information[i], e = s->error[i], spread = 2 * (I + e * e * I * I);
         if (S * S > s->limit * spread && begin >= s->since[i] && S * S > s->level[i] * spread)
             s->level[i] = S * S / spread, s->onset[i] = begin;
     }
 }
 
-/* Compare the windows of the channels from `first` to `last`, if one of them has been measured. */
-static void scan(faults *s, size_t first, size_t last)
+void faults_scan(faults *s)
 {
     const real now = s->clock[0];
     const size_t at = faults_at(s, 0, now);
-    int is_seen = 0;
-    for (size_t i = first; i < last; i++) {
-        s->sum[i] = s->information[i] = s->level[i] = 0, s->onset[i] = now;
-        is_seen |= s->seen[i] > 0;
-    }
-    for (int k = 0, age = 0; is_seen && k < LAGS && LAG[k] <= now + 1; k++) {
+    for (size_t i = 0; i < s->c; i++) s->sum[i] = s->information[i] = s->level[i] = 0, s->onset[i] = now;
+    for (int k = 0, age = 0; k < LAGS && LAG[k] <= now + 1; k++) {
         while (age < LAG[k])
-            if (age < 2 * PART) add_tick(s, age++, first, last);
-            else add_part(s, age, first, last), age += PART;
-        for (size_t i = first; i < last && age == PART; i++)
+            if (age < 2 * PART) add_tick(s, age++);
+            else add_part(s, age), age += PART;
+        for (size_t i = 0; i < s->c && age == PART; i++)
             s->sums[at + i] = s->sum[i], s->weights[at + i] = s->information[i];
-        compare(s, now + 1 - (real)age, first, last);
+        compare(s, now + 1 - (real)age);
     }
-}
-
-void faults_scan(faults *s)
-{
-    scan(s, 0, s->m), scan(s, s->m, 2 * s->m), scan(s, 2 * s->m, s->c);
     /* Both kinds of evidence in units of their own threshold. */
     for (size_t i = 0; i < s->c; i++) {
         const real of_run = s->evidence[i] / s->repeat_limit;
         s->level[i] /= s->limit;
-        if (of_run > s->level[i]) s->level[i] = of_run, s->onset[i] = s->clock[0] - s->run[i] + 1;
+        if (of_run > s->level[i]) s->level[i] = of_run, s->onset[i] = now - s->run[i] + 1;
     }
 }

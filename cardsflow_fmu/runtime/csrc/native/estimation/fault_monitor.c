@@ -94,10 +94,10 @@ static void read_measurements(const struct fault_monitor *s, double h)
         tensions[i] = of->has_tensions[0] ? tension[i] : NAN;
         commands[i] = s->out.commands[k];
     }
-    for (size_t j = 0; j < robot->n; j++) {
-        array(s, "encoders")[j] = encoder[j];
-        array(s, "q")[j] = state[j] + h * state[robot->n + j];
-    }
+    memcpy(array(s, "encoders"), encoder, robot->n * sizeof(double));
+    double *q = array(s, "q");
+    for (size_t j = 0; j < robot->n; j++)
+        q[j] = state[j] + h * state[robot->n + j];
 }
 
 /* Replace the measurements that must not be used. */
