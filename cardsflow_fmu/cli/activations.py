@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +20,7 @@ from .common import (
     add_overwrite,
     add_robot,
     print_findings,
+    use_one_thread,
 )
 from .parser import Commands
 from .terminal.messages import print_note
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from cardsflow_fmu.utils.arrays import FloatArray
 
 _TABLE = "results.csv"
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def add_activations(commands: Commands) -> None:
@@ -87,8 +86,7 @@ def add_activations(commands: Commands) -> None:
 
 
 def _activations(options: argparse.Namespace) -> int:
-    # the matrices are small: threads of NumPy mostly wait for each other on a busy machine
-    os.environ.update({name: os.environ.get(name, "1") for name in _THREADS})
+    use_one_thread()
     import numpy as np
 
     from addin_sdfusion.robot.files import write_files

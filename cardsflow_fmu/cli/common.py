@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence
@@ -23,6 +24,15 @@ ROBOT_FILE = "a robot file (.sdf, .urdf, .osim, MJCF .xml, *_bodies.xml) or its 
 DOUBTFUL, FAILED, GOOD = 3, 1, 0
 
 _MAX_REPEATED = 3  # findings of one kind that are printed one by one
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def use_one_thread() -> None:
+    """Let NumPy use one thread, unless the user chose a number; call before its import.
+
+    Matrices are small: threads would mostly wait for each other on a busy machine.
+    """
+    os.environ.update({name: os.environ.get(name, "1") for name in _THREADS})
 
 
 def add_json(parser: argparse.ArgumentParser, output: str = "the result") -> None:

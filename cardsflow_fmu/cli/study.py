@@ -20,12 +20,14 @@ from .common import (
     add_overwrite,
     parse_settings,
     print_files,
+    use_one_thread,
 )
 from .parser import Commands
 from .terminal.messages import print_note, print_warning
 from .terminal.progress import show_progress
 
 if TYPE_CHECKING:
+    from cardsflow_fmu.experiment.experiment import Experiment
     from cardsflow_fmu.simulation.optimal.optimise import OptimisedMotion
     from cardsflow_fmu.studies.run import StudyResult
     from controllers.optimal.sqp import Progress
@@ -139,6 +141,7 @@ def add_optimise(commands: Commands) -> None:
 
 
 def _optimise(options: argparse.Namespace) -> int:
+    use_one_thread()
     from cardsflow_fmu.simulation.optimal.diagnosis import active_bounds
     from cardsflow_fmu.simulation.optimal.files import motion_file, write_motion_files
     from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
@@ -148,7 +151,8 @@ def _optimise(options: argparse.Namespace) -> int:
     file = motion_file(experiment, options.output, overwrite=options.overwrite)
     if options.html is not None:
         output_file(options.html, [".html"], overwrite=options.overwrite)
-    motion = optimise(experiment, _Iterations(), resume=file if options.resume else None)
+    iterations = _Iterations(experiment)
+    motion = optimise(experiment, iterations, resume=file if options.resume else None)
     for note in motion.notes:
         print_note(note)
     files: tuple[Path, ...] = write_motion_files(motion, file, overwrite=options.overwrite)
@@ -170,7 +174,7 @@ def _optimise(options: argparse.Namespace) -> int:
     print_files(files, options.json, status=solution.status, warnings=warnings, **numbers)
     if not options.json:
         print(f"next        {shlex.join(_next_command(options, files))}")
-    return GOOD if solution.status == "optimal" and not motion.warnings else FAILED
+    return FAILED if motion.warnings else GOOD
 
 
 def _write_robot(options: argparse.Namespace, parameters: Mapping[str, Any], motion: Path) -> Path:
@@ -215,18 +219,21 @@ def _next_command(options: argparse.Namespace, files: Sequence[Path]) -> list[st
 
 
 class _Iterations:
-    """Printer of iterations, below a heading."""
+    """Printer of iterations, below a heading, with the longest time that is left for them."""
 
-    def __init__(self) -> None:
-        self._has_heading = False
+    def __init__(self, experiment: Experiment) -> None:
+        motion = experiment.motion
+        self._most, self._has_heading = 0 if motion is None else motion.max_iterations, False
 
     def __call__(self, row: Progress, substeps: int) -> None:
         if not self._has_heading:
             heads = f"{'iteration':>9} {'cost':>13} {'infeasibility':>13} {'step':>6}"
-            print_note(f"{heads} {'substeps':>8} {'time':>8}", prefix="")
+            print_note(f"{heads} {'substeps':>8} {'time':>8} {'left <':>8}", prefix="")
             self._has_heading = True
         line = f"{row.iteration:>9} {row.cost:>13.6g} {row.violation:>13.2e} {row.share:>6.2g}"
-        print_note(f"{line} {substeps:>8} {row.seconds:>6.2f} s", prefix="")
+        left = row.seconds / max(row.iteration, 1) * max(self._most - row.iteration, 0)
+        line += f" {substeps:>8} {row.seconds:>6.2f} s {left:>6.0f} s"
+        print_note(line, prefix="")
 
 
 def _print_motion(motion: OptimisedMotion) -> None:
