@@ -18,8 +18,9 @@ from .qp import QpSolution, QuadraticProgram, solve_qp
 from .relaxation import solve_relaxed
 from .transcription import Linearisation, Transcription
 
-OPTIMAL, INFEASIBLE, NOT_CONVERGED, INTERRUPTED = STATUSES = (
+OPTIMAL, NEARLY_OPTIMAL, INFEASIBLE, NOT_CONVERGED, INTERRUPTED = STATUSES = (
     "optimal",
+    "nearly optimal",
     "infeasible",
     "not converged",
     "interrupted",
@@ -42,7 +43,8 @@ _GOOD = 0.3  # factor of the violation, for much less damping
 _FREE_STEPS = 3  # first steps, which may increase cost and violation
 _MAX_VIOLATION = 1e3  # of these steps, relative to the violation of the guess plus 1
 _NEAR = 1e-3  # violation below which a rejected step may be followed
-_FIRST_ITERATIONS = 60  # of an attempt that is not the last
+_FIRST_ITERATIONS = 60  # of an attempt that is not the last, while it violates constraints
+FLAT, FLAT_ITERATIONS = 1e-3, 20  # relative fall of the cost with which the iterations end
 _STALLED = 3  # iterations with relaxed constraints and without progress
 
 
@@ -131,6 +133,12 @@ def _rank(solution: Solution) -> tuple[bool, bool, float]:
     return not solution.is_feasible, solution.status == NOT_CONVERGED, worth
 
 
+def _is_flat(costs: list[float]) -> bool:
+    """Return whether costs after successive iterations hardly fall."""
+    fall = max(costs) - min(costs)
+    return len(costs) > FLAT_ITERATIONS and fall <= FLAT * abs(costs[-1])
+
+
 class Optimiser:
     """Solver of optimal-control problems.
 
@@ -191,7 +199,7 @@ class Optimiser:
             found = self._attempt(start, free, most, report, history, hessian)
             if found is not None and (best is None or _rank(found) < _rank(best)):
                 best = found
-            if found is not None and found.status in (OPTIMAL, INTERRUPTED):
+            if found is not None and (found.is_feasible or found.status == INTERRUPTED):
                 break
         return best
 
@@ -213,26 +221,32 @@ class Optimiser:
         positive = 0.0 if hessian is None else 1.0
         hessian = hessian or DynamicsHessian(*self.transcription.stages(at).shape)
         state, status = _State(at, own, damping, hessian, free=free, positive=positive), ""
+        costs = list[float]()
         try:
             report(state, 0.0)
             largest = _MAX_VIOLATION * (1.0 + self.transcription.violation(at, own))
             state.filter.append((largest, -np.inf))
-            for _ in range(limit):
+            for k in range(self._max_iterations):
+                if k >= limit and self._worst(state) > _NEAR:
+                    break
                 status, share = self._iterate(state)
                 if share:
                     report(state, share)
+                costs = [*costs[-FLAT_ITERATIONS:], state.own.cost]
+                if k >= _FIRST_ITERATIONS and self._worst(state) < _NEAR and _is_flat(costs):
+                    status = status or NEARLY_OPTIMAL
                 if status:
                     break
-            else:
+            if status in ("", NEARLY_OPTIMAL):
                 self._correct(state, report)
         except KeyboardInterrupt:
             status = INTERRUPTED
             if state.best is not None and self._worst(state) > _FEASIBILITY:
                 state.at, state.own = state.best
-        if status not in (OPTIMAL, INTERRUPTED):
-            status = INFEASIBLE if self._is_dynamic(state) else NOT_CONVERGED
         worst = self._worst(state)
         feasible = worst <= _FEASIBILITY
+        if status not in (OPTIMAL, INTERRUPTED) and not (status == NEARLY_OPTIMAL and feasible):
+            status = INFEASIBLE if self._is_dynamic(state) else NOT_CONVERGED
         return Solution(state.at, state.own, status, feasible, worst, tuple(history), hessian)
 
     def _correct(self, state: _State, report: Callable[[_State, float], None]) -> None:

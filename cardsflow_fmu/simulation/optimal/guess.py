@@ -11,7 +11,7 @@ from addin_sdfusion.robot import InputError, limits
 from cardsflow_fmu.cosim.signals.port import coordinate_signals
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.csv_table import read_csv
-from controllers.optimal.problem import Iterate, OptimalProblem
+from controllers.optimal.problem import Iterate
 
 from .feedback import control_signals
 from .problem import MotionProblem
@@ -20,24 +20,27 @@ PARAMETER = "cardsflow.parameter_"
 _SAME_TIME = 1e-9  # in [s]
 
 
-def smooth_guess(problem: OptimalProblem, rest: Iterate, n: int) -> Iterate:
-    """Return a guess whose coordinates move with minimum jerk between their fixed positions.
+def smooth_guess(own: MotionProblem) -> Iterate:
+    """Return a motion with minimum jerk between fixed positions, and the forces that drive it.
 
-    Args:
-        problem: The problem.
-        rest: Rest at the start.
-        n: Number of coordinates, which are the first states; their velocities follow.
+    A problem without fixed positions after the start has its rest as a guess.
     """
+    problem, rest, n = own.problem, own.guess, own.shooting.n
     fixed = problem.x_low == problem.x_high
-    x, N = rest.x.copy(), problem.intervals
+    x, h = rest.x.copy(), rest.duration / problem.intervals
     for j in range(n):
         for a, b in pairwise(np.flatnonzero(fixed[:, j]).tolist()):
             start, end = problem.x_low[a, j], problem.x_low[b, j]
             x[a : b + 1, j] = start + (end - start) * _blend(np.linspace(0.0, 1.0, b - a + 1))
             x[b:, j] = end
-    x[:, n : 2 * n] = np.gradient(x[:, :n], rest.duration / N, axis=0)
+    if np.array_equal(x, rest.x):
+        return rest
+    x[:, n : 2 * n] = np.gradient(x[:, :n], h, axis=0)
     x[fixed] = problem.x_low[fixed]
-    return rest._replace(x=x)
+    middle, rates = 0.5 * (x[1:] + x[:-1]), np.diff(x, axis=0) / h
+    u, states = own.controls(middle[:, :n], middle[:, n : 2 * n], rates[:, n : 2 * n])
+    x[1:, 2 * n :] = states
+    return rest._replace(x=x, u=u)
 
 
 def _blend(s: FloatArray) -> FloatArray:

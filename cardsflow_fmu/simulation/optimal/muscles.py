@@ -10,8 +10,9 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.settings import MotionTable
 from cardsflow_fmu.experiment.settings.predictive import override
 from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.analysis.inverse_dynamics import Motion, motion_terms
 from controllers.dynamics import actuator_names
-from controllers.force_distribution.gravity_compensation import gravity_compensation
+from controllers.force_distribution.bounded import ForceDistribution
 from sim_dart import MuscleDrive
 from sim_dart.dynamics.core import CoreDynamics
 from sim_dart.optimal.shooting import Shooting
@@ -56,22 +57,51 @@ def control_bounds(
     return low[driven], high[driven]
 
 
-def resting_controls(
-    motion: MotionTable, dynamics: CoreDynamics, shooting: Shooting, q: FloatArray, bounds: Bounds
+def controls_along(
+    dynamics: CoreDynamics,
+    shooting: Shooting,
+    bounds: Bounds,
+    q: FloatArray,
+    qd: FloatArray | None = None,
+    qdd: FloatArray | None = None,
+    commands: tuple[float, ...] = (),
 ) -> tuple[FloatArray, FloatArray]:
-    """Return controls that hold the robot at q, shape (nu,), and the states of its muscles."""
-    m, driven = dynamics.m, actuators(dynamics, shooting)
+    """Return controls that move the robot along poses, and the resting states of its muscles.
+
+    The forces are the smallest ones within the bounds; if none produce a torque, those with the
+    smallest acceleration error.
+
+    Args:
+        dynamics: The robot.
+        shooting: Its motion over intervals.
+        bounds: From `control_bounds`.
+        q: Joint positions, shape (k, n), in [rad] or [m].
+        qd: Velocities, shape (k, n) (default: a rest).
+        qdd: Accelerations, shape (k, n) (default: none).
+        commands: Commands of all muscles that replace the found ones; nan keeps one.
+
+    Returns:
+        The controls, shape (k, nu), and the states, shape (k, nx - 2 n).
+    """
+    m, driven, laws = dynamics.m, actuators(dynamics, shooting), shooting.laws
     limits = np.array([dynamics.f_min, dynamics.f_max])
-    are_forces = np.append(~shooting.laws.modelled, np.ones(limits.shape[1] - m, bool))[driven]
+    are_forces = np.append(~laws.modelled, np.ones(limits.shape[1] - m, bool))[driven]
     limits[:, np.array(driven)[are_forces]] = np.array(bounds)[:, are_forces]
-    shooting.start(q, np.zeros(m))  # moves the core to q
-    if shooting.laws.modelled.any():  # as at the start of a run: tensions that the laws reach
-        limits[:, :m] = np.maximum(np.clip(limits[:, :m], *shooting.laws.resting_reach()), 0.0)
-    forces = gravity_compensation(dynamics, q, *limits)
-    commands = shooting.laws.resting_commands(forces[:m])
-    commands = override(commands, motion.start_command)
-    controls = np.concatenate([commands, forces[m:]])[driven]
-    return np.clip(controls, *bounds), shooting.start(q, commands)
+    rates = [np.zeros_like(q) if own is None else own for own in (qd, qdd)]
+    terms = motion_terms(dynamics, Motion(np.arange(float(len(q))), q, *rates))
+    found = []
+    for pose, L, tau in zip(q, terms.L, terms.tau, strict=True):
+        own = limits.copy()
+        shooting.start(pose, np.zeros(m))  # moves the core to the pose
+        if laws.modelled.any():  # as at the start of a run: tensions that the laws reach
+            own[:, :m] = np.maximum(np.clip(own[:, :m], *laws.resting_reach()), 0.0)
+        distribution = ForceDistribution(*own, motors=terms.motors)
+        forces = distribution.solve(L, tau, dynamics.mass_matrix(pose)).forces
+        own_commands = override(laws.resting_commands(forces[:m]), commands)
+        u = np.clip(np.concatenate([own_commands, forces[m:]])[driven], *bounds)
+        found.append((u, shooting.start(pose, own_commands)))
+    controls, states = map(np.array, zip(*found, strict=True))
+    return controls, states
 
 
 def below_reach(experiment: Experiment, q: FloatArray, tensions: FloatArray) -> tuple[str, ...]:

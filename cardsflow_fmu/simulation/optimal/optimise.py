@@ -16,7 +16,17 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.feedback import MotionFeedback
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.optimal.problem import Iterate, NodeConstraint
-from controllers.optimal.sqp import INFEASIBLE, INTERRUPTED, OPTIMAL, Optimiser, Progress, Solution
+from controllers.optimal.sqp import (
+    FLAT,
+    FLAT_ITERATIONS,
+    INFEASIBLE,
+    INTERRUPTED,
+    NEARLY_OPTIMAL,
+    OPTIMAL,
+    Optimiser,
+    Progress,
+    Solution,
+)
 from sim_dart.dynamics.core import CoreDynamics
 
 from .diagnosis import infeasibility, require_reachable
@@ -182,7 +192,10 @@ def optimise(
             own = _with_constraints(own, inner)
         found, guess = solution, at
     notes, warnings = own.notes, tuple[str, ...]()
-    if solution.status != OPTIMAL:
+    if solution.status == NEARLY_OPTIMAL:
+        what = f"nearly optimal: the cost changed by less than {FLAT:.1%} in the last"
+        notes += (f"{what} {FLAT_ITERATIONS} iterations; --resume continues",)
+    elif solution.status != OPTIMAL:
         what = "the motion satisfies the constraints, but is not optimal"
         if not solution.is_feasible:
             what = f"the motion violates constraints by {solution.violation:.2g} (scaled)"
@@ -217,20 +230,24 @@ def _with_constraints(own: MotionProblem, inner: Sequence[NodeConstraint]) -> Mo
 
 
 def _first_guess(own: MotionProblem) -> Iterate:
-    """Return a rest, or the motion without obstacles, since a rest can be stuck behind one."""
+    """Return a guess of the motion without obstacles, or the optimal one.
+
+    It is a smooth motion; with muscle states, or a free duration or robot, it is a rest, from which
+    fewer iterations are needed.
+    """
     free = without_obstacles(own.problem)
+    unknown = own.shooting.laws.state_names or own.problem.is_free_time or own.free is not None
+    guess = own.guess if unknown else smooth_guess(own)
     if len(free.constraints) == len(own.problem.constraints):
-        return own.guess
-    return rough_motion(free, own.guess) or own.guess
+        return guess
+    return rough_motion(free, guess) or guess
 
 
 def _other_guesses(own: MotionProblem, first: Iterate) -> Iterator[Iterate]:
     """Yield guesses for a first one from which no motion is found."""
-    smooth = smooth_guess(own.problem, own.guess, own.shooting.n)
     if len(without_obstacles(own.problem).constraints) < len(own.problem.constraints):
-        base = smooth if first is own.guess else first
-        yield from detours(own.problem, base, own.shooting.n)
-    yield smooth
+        yield from detours(own.problem, first, own.shooting.n)
+    yield own.guess if first is not own.guess else smooth_guess(own)
 
 
 def _require_motion(own: MotionProblem, solution: Solution | None) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -22,11 +23,7 @@ from sim_dart.optimal.shooting import Shooting
 from .costs import motion_costs
 from .goals import fix_goals, fix_start, state_bounds
 from .loops import advances, closing, constant_speed, require_independent
-from .muscles import (
-    actuators,
-    control_bounds,
-    resting_controls,
-)
+from .muscles import actuators, control_bounds, controls_along
 from .obstacles.constraints import obstacle_constraints
 from .parameters import FreeParameters, free_parameters
 from .tasks import task_bounds
@@ -44,6 +41,7 @@ class MotionProblem(NamedTuple):
     Attributes:
         problem: The problem.
         guess: Rest at the start, with forces that hold the robot.
+        controls: `controls_along` of the robot.
         dynamics: The robot's dynamics, without friction.
         shooting: Its motion over intervals.
         free: Free parameters of the robot, or None.
@@ -52,6 +50,7 @@ class MotionProblem(NamedTuple):
 
     problem: OptimalProblem
     guess: Iterate
+    controls: Callable[..., tuple[FloatArray, FloatArray]]
     dynamics: CoreDynamics
     shooting: Shooting
     free: FreeParameters | None
@@ -137,8 +136,9 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
     loops = closing(experiment, robot)
     require_independent(experiment, motion, dynamics.coordinate_names)
     q = np.array(experiment.start.q)
-    controls, states = resting_controls(motion, loops or dynamics, shooting, q, bounds)
-    start = np.array([*q, *experiment.start.qd, *states])
+    controls = partial(controls_along, loops or dynamics, shooting, bounds)
+    resting, states = controls(q[None], commands=motion.start_command)
+    start = np.array([*q, *experiment.start.qd, *states[0]])
     x_low, x_high = state_bounds(experiment, motion, dynamics, shooting)
     constraints = fix_start(experiment, motion, dynamics, start, x_low, x_high)
     goals = fix_goals(experiment, motion, dynamics, x_low, x_high)
@@ -174,11 +174,11 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
     if motion.periodic:
         advance = np.nan_to_num(advances(experiment, motion))
         x[:, : 2 * shooting.n] = constant_speed(advance, N, loops, q, duration)
-    guess = Iterate(x, np.tile(controls, (N, 1)), duration)
+    guess = Iterate(x, np.tile(resting, (N, 1)), duration)
     if free is not None:
         problem = replace(problem, parameters=free.parameters)
         guess = guess._replace(parameters=free.parameters.nominal)
-    return MotionProblem(problem, guess, dynamics, shooting, free, (*notes, *more))
+    return MotionProblem(problem, guess, controls, dynamics, shooting, free, (*notes, *more))
 
 
 def _linear_constraints(
