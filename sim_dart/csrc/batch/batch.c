@@ -105,6 +105,5 @@ void core_batch_terms(void *memory, size_t stride, int32_t count, int32_t which,
         if (which & BATCH_BIAS) core_bias(c, c->qd);
         if (which & BATCH_TASK_JACOBIAN) core_task_jacobian(c);
         if (which & BATCH_TENSIONS) core_drive(c, c->qd, row(u, k, c->blob.counts.muscles));
-        if (which & BATCH_ENERGIES) core_energies(c, c->qd);
     }
 }

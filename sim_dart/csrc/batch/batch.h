@@ -14,8 +14,7 @@ enum batch_term {
     BATCH_MASS_MATRIX = 1,
     BATCH_BIAS = 2, /* C + G in `coriolis` */
     BATCH_TASK_JACOBIAN = 4,
-    BATCH_TENSIONS = 8, /* also rates and torques */
-    BATCH_ENERGIES = 16
+    BATCH_TENSIONS = 8 /* also rates and torques */
 };
 
 /* Return the size of the working memory `group`, with which instances of the robot are computed in the lanes of
