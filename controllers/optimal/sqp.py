@@ -101,7 +101,7 @@ class _State:
 
     Attributes:
         at: The iterate.
-        own: Its terms.
+        linearised: Its terms.
         damping: Number on the diagonal of the Hessian.
         filter: Pairs of violation and cost that later iterates must improve; first, the largest
             accepted violation.
@@ -115,7 +115,7 @@ class _State:
     """
 
     at: Iterate
-    own: Linearisation
+    linearised: Linearisation
     damping: float
     hessian: DynamicsHessian
     filter: list[tuple[float, float]] = field(default_factory=list)
@@ -185,7 +185,7 @@ class Optimiser:
 
         def report(state: _State, share: float) -> None:
             seconds, violation = time.perf_counter() - began, self._worst(state)
-            history.append(Progress(len(history), state.own.cost, violation, share, seconds))
+            history.append(Progress(len(history), state.linearised.cost, violation, share, seconds))
             progress(history[-1])
 
         limit = self._max_iterations
@@ -196,10 +196,10 @@ class Optimiser:
             attempts = chain([(guess, _FREE_STEPS, first)], more, attempts)
         best = None
         for start, free, most in attempts:
-            found = self._attempt(start, free, most, report, history, hessian)
-            if found is not None and (best is None or _rank(found) < _rank(best)):
-                best = found
-            if found is not None and (found.is_feasible or found.status == INTERRUPTED):
+            solution = self._attempt(start, free, most, report, history, hessian)
+            if solution is not None and (best is None or _rank(solution) < _rank(best)):
+                best = solution
+            if solution is not None and (solution.is_feasible or solution.status == INTERRUPTED):
                 break
         return best
 
@@ -214,17 +214,17 @@ class Optimiser:
     ) -> Solution | None:
         """Return the motion after iterations from a guess; see `_State.free`."""
         at = self.problem.clip(guess)
-        own = self.transcription.linearise(at)
-        if own is None:
+        linearised = self.transcription.linearise(at)
+        if linearised is None:
             return None
         damping = _DAMPING_FREE_TIME if self.problem.is_free_time else _DAMPING
         positive = 0.0 if hessian is None else 1.0
         hessian = hessian or DynamicsHessian(*self.transcription.stages(at).shape)
-        state, status = _State(at, own, damping, hessian, free=free, positive=positive), ""
+        state, status = _State(at, linearised, damping, hessian, free=free, positive=positive), ""
         costs = list[float]()
         try:
             report(state, 0.0)
-            largest = _MAX_VIOLATION * (1.0 + self.transcription.violation(at, own))
+            largest = _MAX_VIOLATION * (1.0 + self.transcription.violation(at, linearised))
             state.filter.append((largest, -np.inf))
             for k in range(self._max_iterations):
                 if k >= limit and self._worst(state) > _NEAR:
@@ -232,7 +232,7 @@ class Optimiser:
                 status, share = self._iterate(state)
                 if share:
                     report(state, share)
-                costs = [*costs[-FLAT_ITERATIONS:], state.own.cost]
+                costs = [*costs[-FLAT_ITERATIONS:], state.linearised.cost]
                 if k >= _FIRST_ITERATIONS and self._worst(state) < _NEAR and _is_flat(costs):
                     status = status or NEARLY_OPTIMAL
                 if status:
@@ -242,12 +242,14 @@ class Optimiser:
         except KeyboardInterrupt:
             status = INTERRUPTED
             if state.best is not None and self._worst(state) > _FEASIBILITY:
-                state.at, state.own = state.best
+                state.at, state.linearised = state.best
         worst = self._worst(state)
         feasible = worst <= _FEASIBILITY
         if status not in (OPTIMAL, INTERRUPTED) and not (status == NEARLY_OPTIMAL and feasible):
             status = INFEASIBLE if self._is_dynamic(state) else NOT_CONVERGED
-        return Solution(state.at, state.own, status, feasible, worst, tuple(history), hessian)
+        return Solution(
+            state.at, state.linearised, status, feasible, worst, tuple(history), hessian
+        )
 
     def _correct(self, state: _State, report: Callable[[_State, float], None]) -> None:
         """Satisfy the constraints near an iterate that nearly does."""
@@ -259,7 +261,7 @@ class Optimiser:
 
     def _is_dynamic(self, state: _State) -> bool:
         """Return whether bounds and goals are violated more than the dynamics."""
-        gaps, *others = self.transcription.violations(state.at, state.own.gaps, state.own.values)
+        gaps, *others = self._violations(state)
         worst = max(float(v.max(initial=0.0)) for v in others)
         return worst > max(float(gaps.max()), _FEASIBILITY)
 
@@ -270,7 +272,7 @@ class Optimiser:
         if not found_step.is_solved:
             return self._increase_damping(state), 0.0
         feasible = self._worst(state) <= _FEASIBILITY
-        promise = abs(self._slope(state, step)) / max(abs(state.own.cost), 1e-12)
+        promise = abs(self._slope(state, step)) / max(abs(state.linearised.cost), 1e-12)
         if not is_relaxed and promise < self._tolerance:
             if feasible:
                 return OPTIMAL if state.damping <= _LARGE_DAMPING else "stalled", 0.0
@@ -289,16 +291,16 @@ class Optimiser:
             state.idle += is_relaxed
             return self._increase_damping(state), 0.0
         violation = self.transcription.violation
-        before, after = violation(state.at, state.own), violation(moved, linearised)
+        before, after = violation(state.at, state.linearised), violation(moved, linearised)
         stays = is_relaxed and after >= _PROGRESS * before
         if not is_relaxed:
-            multipliers = self.transcription.multipliers(state.own, program, found_step)
+            multipliers = self.transcription.multipliers(state.linearised, program, found_step)
             self._learn(state, moved, linearised, multipliers)
         reduced = after / max(before, _FEASIBILITY)
         if state.free <= 0 and self._refine(moved, linearised.intervals.ends):
             linearised = self.transcription.linearise(moved) or linearised
             state.filter, state.best = state.filter[:1], None
-        state.at, state.own = moved, linearised
+        state.at, state.linearised = moved, linearised
         if self._worst(state) <= _FEASIBILITY:
             state.best = moved, linearised
         state.idle = state.idle + 1 if stays else 0
@@ -310,7 +312,7 @@ class Optimiser:
     ) -> None:
         """Update the Hessian of the Lagrangian with the change of the gradients along a step."""
         gradients, stages = self.transcription.stage_gradients, self.transcription.stages
-        before, after = (gradients(each, multipliers) for each in (state.own, linearised))
+        before, after = (gradients(each, multipliers) for each in (state.linearised, linearised))
         state.hessian.update(stages(moved) - stages(state.at), after - before)
 
     def _adapt_damping(self, state: _State, share: float, reduced: float) -> None:
@@ -336,15 +338,18 @@ class Optimiser:
 
     def _worst(self, state: _State) -> float:
         """Return the largest scaled violation of a constraint."""
-        violations = self.transcription.violations(state.at, state.own.gaps, state.own.values)
-        return max(float(v.max(initial=0.0)) for v in violations)
+        return max(float(v.max(initial=0.0)) for v in self._violations(state))
+
+    def _violations(self, state: _State) -> list[FloatArray]:
+        terms = state.linearised
+        return self.transcription.violations(state.at, terms.gaps, terms.values)
 
     def _step(
         self, state: _State, damping: float | None = None
     ) -> tuple[Program, QpSolution, bool]:
         """Return the program, the step, and whether constraints had to be relaxed."""
         damping = state.damping if damping is None else damping
-        arguments = state.at, state.own, damping, state.hessian.blocks, state.positive
+        arguments = state.at, state.linearised, damping, state.hessian.blocks, state.positive
         program = self.transcription.program(*arguments)
         solution = solve_qp(program.qp, all(each.in_stages for each in self.problem.linear))
         if solution.is_solved:
@@ -360,7 +365,7 @@ class Optimiser:
 
     def _slope(self, state: _State, step: FloatArray) -> float:
         """Return the change of the cost along a step."""
-        return float(self.transcription.gradient(state.at, state.own.terms) @ step)
+        return float(self.transcription.gradient(state.at, state.linearised.terms) @ step)
 
     def _search(
         self, state: _State, step: FloatArray, is_relaxed: bool
@@ -370,7 +375,7 @@ class Optimiser:
         A relaxed step must reduce the violation. After a full step, the next one is linearised at
         once: it is probably accepted, too.
         """
-        transcription, current = self.transcription, state.own
+        transcription, current = self.transcription, state.linearised
         theta = transcription.violation(state.at, current)
         slope, less = self._slope(state, step), current.cost - _MARGIN * theta * abs(current.cost)
         for share in _SHARES.tolist():

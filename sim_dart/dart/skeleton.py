@@ -57,7 +57,7 @@ class Skeleton:
         return values if self._order is None else values[np.ix_(self._order, self._order)]
 
     def _getter(self, get: Callable[[], FloatArray]) -> Callable[[], FloatArray]:
-        """Return a getter in the order of the coordinates, DART's own if both are equal."""
+        """Return a getter in the order of the coordinates, which is DART's if both are equal."""
         order = self._order
         return get if order is None else lambda: get()[order]
 
