@@ -27,88 +27,88 @@ _CANNOT_HOLD = (
 
 
 def motion_feedback(
-    experiment: Experiment, own: MotionProblem, at: Iterate
+    experiment: Experiment, setup: MotionProblem, at: Iterate
 ) -> tuple[MotionFeedback, tuple[str, ...]]:
     """Compute the feedback along a motion, and the feedback that holds the robot afterwards.
 
     Args:
         experiment: The experiment.
-        own: Its problem.
+        setup: Its problem.
         at: The motion.
 
     Returns:
         The feedback, and a note if the robot cannot hold the pose in which it rests at the end.
     """
     assert experiment.motion is not None
-    problem, n = own.problem, own.dynamics.n
+    problem, n = setup.problem, setup.dynamics.n
     interval = at.duration / problem.intervals
     parts = max(int(interval / max(experiment.controller.period, _MIN_LENGTH) + 1e-6), 1)
     settings = experiment.motion.feedback
     deviations = np.full(at.x.shape[1], np.inf)
     deviations[:n], deviations[n : 2 * n] = settings.q, settings.qd or np.inf
-    with own.shooting.using(-(-own.shooting.steps // parts)):
-        found = stages(problem, at, deviations, parts)
-    if not found:
+    with setup.shooting.using(-(-setup.shooting.steps // parts)):
+        linearised = stages(problem, at, deviations, parts)
+    if not linearised:
         raise CardsflowError("the simulation of the motion diverges; use more substeps")
-    hold = _hold(experiment, own, at, found[-1], interval / parts)
+    hold = _hold(experiment, setup, at, linearised[-1], interval / parts)
     rests = abs(at.x[-1, n : 2 * n]).max() <= _AT_REST
     notes = (_CANNOT_HOLD,) if rests and hold is None else ()
-    x, u, gain, weight = hold or (at.x[-1], at.u[-1], None, found[-1].Q)
-    gains = gains_along(found, weight)
+    x, u, gain, weight = hold or (at.x[-1], at.u[-1], None, linearised[-1].Q)
+    gains = gains_along(linearised, weight)
     gains = np.concatenate([gains, gains[-1:] if gain is None else gain[None]])
-    times = np.linspace(0.0, at.duration, len(found) + 1)
-    states = np.array([*(stage.x for stage in found), x])
+    times = np.linspace(0.0, at.duration, len(linearised) + 1)
+    states = np.array([*(stage.x for stage in linearised), x])
     controls = np.concatenate([np.repeat(at.u, parts, axis=0), u[None]])
-    return _with_names(own, times, states, controls, gains), notes
+    return _with_names(setup, times, states, controls, gains), notes
 
 
 def _hold(
-    experiment: Experiment, own: MotionProblem, at: Iterate, last: Stage, h: float
+    experiment: Experiment, setup: MotionProblem, at: Iterate, last: Stage, h: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None:
     """Return state, controls, gain and weight of a rest at the end; None if it cannot rest."""
     assert experiment.motion is not None
-    n, free, shooting = own.dynamics.n, own.free, own.shooting
-    dynamics = CoreDynamics(free.robot_at(at.parameters)) if free else own.dynamics
+    n, free, shooting = setup.dynamics.n, setup.free, setup.shooting
+    dynamics = CoreDynamics(free.robot_at(at.parameters)) if free else setup.dynamics
     if abs(at.x[-1, n : 2 * n]).max() > _AT_REST:
         return None
     q = at.x[-1, :n]
     bounds = control_bounds(experiment, experiment.motion, dynamics, shooting)
     (u,), (states,) = controls_along(dynamics, shooting, bounds, q[None])
     x = np.concatenate([q, np.zeros(n), states])
-    rest = own.problem.dynamics.run(x[None], u[None], np.array([h]), True, at.parameters)
+    rest = setup.problem.dynamics.run(x[None], u[None], np.array([h]), True, at.parameters)
     if rest is None or abs(rest.ends[0] - x)[: 2 * n].max() > _DRIFT:
         return None
-    found = stationary_gain(last._replace(A=rest.A[0], B=rest.B[0]))
-    return None if found is None else (x, u, *found)
+    stationary = stationary_gain(last._replace(A=rest.A[0], B=rest.B[0]))
+    return None if stationary is None else (x, u, *stationary)
 
 
 def _with_names(
-    own: MotionProblem,
+    setup: MotionProblem,
     times: FloatArray,
     states: FloatArray,
     controls: FloatArray,
     gains: FloatArray,
 ) -> MotionFeedback:
     """Return the feedback with names and forces; states of muscles are in the order of ports."""
-    robot, shooting, n = own.dynamics.robot, own.shooting, own.dynamics.n
+    robot, shooting, n = setup.dynamics.robot, setup.shooting, setup.dynamics.n
     laws, driven = shooting.laws, shooting.driven
     torques = controls[:, len(driven) :]
     forces = np.concatenate([shooting.tensions(states, controls), torques], axis=1)
-    given = list(laws.state_names)
-    ports = [port.name for port in state_ports(robot, "input") if port.name in given]
-    order = [*range(2 * n), *(2 * n + given.index(name) for name in ports)]
+    names_of_law = list(laws.state_names)
+    ports = [port.name for port in state_ports(robot, "input") if port.name in names_of_law]
+    order = [*range(2 * n), *(2 * n + names_of_law.index(name) for name in ports)]
     names = (*(f"{p}.{c.name}" for p in ("q", "qd") for c in robot.coordinates), *ports)
     return MotionFeedback(
-        times, forces, controls, states[:, order], gains[:, :, order], control_signals(own), names
+        times, forces, controls, states[:, order], gains[:, :, order], control_signals(setup), names
     )
 
 
-def control_signals(own: MotionProblem) -> tuple[str, ...]:
+def control_signals(setup: MotionProblem) -> tuple[str, ...]:
     """Return the names of the controls: commands, forces and torques."""
-    robot, laws = own.dynamics.robot, own.shooting.laws
+    robot, laws = setup.dynamics.robot, setup.shooting.laws
     commands, pulls = muscle_signals("u", robot), muscle_signals("f", robot)
     motors = [*pulls, *motor_signals("tau", robot)]
     return tuple(
-        commands[k] if k < own.dynamics.m and laws.modelled[k] else motors[k]
-        for k in actuators(own.dynamics, own.shooting)
+        commands[k] if k < setup.dynamics.m and laws.modelled[k] else motors[k]
+        for k in actuators(setup.dynamics, setup.shooting)
     )

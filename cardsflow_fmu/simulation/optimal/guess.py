@@ -20,12 +20,12 @@ PARAMETER = "cardsflow.parameter_"
 _SAME_TIME = 1e-9  # in [s]
 
 
-def smooth_guess(own: MotionProblem) -> Iterate:
+def smooth_guess(setup: MotionProblem) -> Iterate:
     """Return a motion with minimum jerk between fixed positions, and the forces that drive it.
 
     A problem without fixed positions after the start has its rest as a guess.
     """
-    problem, rest, n = own.problem, own.guess, own.shooting.n
+    problem, rest, n = setup.problem, setup.guess, setup.shooting.n
     fixed = problem.x_low == problem.x_high
     x, h = rest.x.copy(), rest.duration / problem.intervals
     for j in range(n):
@@ -38,7 +38,7 @@ def smooth_guess(own: MotionProblem) -> Iterate:
     x[:, n : 2 * n] = np.gradient(x[:, :n], h, axis=0)
     x[fixed] = problem.x_low[fixed]
     middle, rates = 0.5 * (x[1:] + x[:-1]), np.diff(x, axis=0) / h
-    u, states = own.controls(middle[:, :n], middle[:, n : 2 * n], rates[:, n : 2 * n])
+    u, states = setup.controls(middle[:, :n], middle[:, n : 2 * n], rates[:, n : 2 * n])
     x[1:, 2 * n :] = states
     return rest._replace(x=x, u=u)
 
@@ -47,7 +47,7 @@ def _blend(s: FloatArray) -> FloatArray:
     return np.asarray(s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
 
 
-def last_motion(file: Path, own: MotionProblem) -> Iterate:
+def last_motion(file: Path, setup: MotionProblem) -> Iterate:
     """Return the motion in a file that `cardsflow optimise` wrote.
 
     States at the nodes are simulated from the row before each, and the controls are those at the
@@ -61,29 +61,29 @@ def last_motion(file: Path, own: MotionProblem) -> Iterate:
         raise InputError("does not exist; optimise without --resume first", file=file)
     names, rows = read_csv(file, kind="motion", most=limits.MOTION_VALUES)
     columns = dict(zip(names, rows.T, strict=True))
-    robot, N = own.dynamics.robot, own.problem.intervals
+    robot, N = setup.dynamics.robot, setup.problem.intervals
     positions = coordinate_signals("q", robot)
-    states = [*positions, *coordinate_signals("qd", robot), *own.shooting.laws.state_names]
-    controls = control_signals(own)
+    states = [*positions, *coordinate_signals("qd", robot), *setup.shooting.laws.state_names]
+    controls = control_signals(setup)
     missing = [name for name in ("time", *states, *controls) if name not in columns]
     others = [name for name in names if name.startswith("q.") and name not in positions]
     if missing or others:
-        what = f"has no column {missing[0]!r}" if missing else f"has a column {others[0]!r}"
-        what += ", so it belongs to another robot or other [motion]; optimise without --resume"
-        raise InputError(what, file=file)
+        problem = f"has no column {missing[0]!r}" if missing else f"has a column {others[0]!r}"
+        problem += ", so it belongs to another robot or other [motion]; optimise without --resume"
+        raise InputError(problem, file=file)
     times = columns["time"]
     table = np.array([columns[name] for name in (*states, *controls)])
     if len(times) < 2 or times[-1] <= times[0] or not np.isfinite(table).all():
         raise InputError("must have at least 2 rows of finite numbers", file=file)
     free = [name for name in names if name.startswith(PARAMETER)]
     p = np.array([columns[name][0] for name in free])
-    if len(p) != len(own.problem.parameters) or not np.isfinite(p).all():
-        p = own.problem.parameters.nominal
+    if len(p) != len(setup.problem.parameters) or not np.isfinite(p).all():
+        p = setup.problem.parameters.nominal
     rows, duration = table.T, float(times[-1] - times[0])
     nodes = times[0] + duration * np.arange(N + 1) / N
     near = np.searchsorted(times, nodes + _SAME_TIME, "right") - 1
-    starts, held = np.split(rows[near], [len(states)], axis=1)
-    parts = own.shooting.run(starts, held, np.maximum(nodes - times[near], 0.0), False, p)
+    starts, u = np.split(rows[near], [len(states)], axis=1)
+    parts = setup.shooting.run(starts, u, np.maximum(nodes - times[near], 0.0), False, p)
     centres = np.searchsorted(times, 0.5 * (nodes[1:] + nodes[:-1]), "right") - 1
     return Iterate(
         starts if parts is None else parts.ends, rows[centres, len(states) :], duration, p

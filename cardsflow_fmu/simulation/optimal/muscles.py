@@ -78,7 +78,7 @@ def controls_along(
         q: Joint positions, shape (k, n), in [rad] or [m].
         qd: Velocities, shape (k, n) (default: a rest).
         qdd: Accelerations, shape (k, n) (default: none).
-        commands: Commands of all muscles that replace the found ones; nan keeps one.
+        commands: Commands of all muscles that replace the computed ones; nan keeps one.
 
     Returns:
         The controls, shape (k, nu), and the states, shape (k, nx - 2 n).
@@ -87,20 +87,20 @@ def controls_along(
     limits = np.array([dynamics.f_min, dynamics.f_max])
     are_forces = np.append(~laws.modelled, np.ones(limits.shape[1] - m, bool))[driven]
     limits[:, np.array(driven)[are_forces]] = np.array(bounds)[:, are_forces]
-    rates = [np.zeros_like(q) if own is None else own for own in (qd, qdd)]
+    rates = [np.zeros_like(q) if each is None else each for each in (qd, qdd)]
     terms = motion_terms(dynamics, Motion(np.arange(float(len(q))), q, *rates))
-    found = []
+    pairs = []
     for pose, L, tau in zip(q, terms.L, terms.tau, strict=True):
-        own = limits.copy()
+        reach = limits.copy()
         shooting.start(pose, np.zeros(m))  # moves the core to the pose
         if laws.modelled.any():  # as at the start of a run: tensions that the laws reach
-            own[:, :m] = np.maximum(np.clip(own[:, :m], *laws.resting_reach()), 0.0)
-        distribution = ForceDistribution(*own, motors=terms.motors)
+            reach[:, :m] = np.maximum(np.clip(reach[:, :m], *laws.resting_reach()), 0.0)
+        distribution = ForceDistribution(*reach, motors=terms.motors)
         forces = distribution.solve(L, tau, dynamics.mass_matrix(pose)).forces
-        own_commands = override(laws.resting_commands(forces[:m]), commands)
-        u = np.clip(np.concatenate([own_commands, forces[m:]])[driven], *bounds)
-        found.append((u, shooting.start(pose, own_commands)))
-    controls, states = map(np.array, zip(*found, strict=True))
+        u_of_muscles = override(laws.resting_commands(forces[:m]), commands)
+        u = np.clip(np.concatenate([u_of_muscles, forces[m:]])[driven], *bounds)
+        pairs.append((u, shooting.start(pose, u_of_muscles)))
+    controls, states = map(np.array, zip(*pairs, strict=True))
     return controls, states
 
 

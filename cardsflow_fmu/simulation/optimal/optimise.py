@@ -90,22 +90,22 @@ class OptimisedMotion:
 
     def parameter_lines(self) -> list[str]:
         """Return a line about each free parameter: value before and after, and active bounds."""
-        free, found = self.problem.free, self.solution.iterate.parameters
-        return [] if free is None else free.lines(found)
+        free, values = self.problem.free, self.solution.iterate.parameters
+        return [] if free is None else free.lines(values)
 
 
 class _Refinement:
     """Refinement of the integration during iterations; after checks without effect it pauses."""
 
-    def __init__(self, own: MotionProblem) -> None:
-        self._own, self._pause, self._left = own, 1, 1
+    def __init__(self, setup: MotionProblem) -> None:
+        self._setup, self._pause, self._left = setup, 1, 1
 
     def __call__(self, at: Iterate, ends: FloatArray) -> bool:
         self._left -= 1
         if self._left > 0:
             return False
         tolerance = max(ROUGH_INTEGRATION, _OF_GAPS * float(abs(ends - at.x[1:]).max()))
-        is_finer = self._own.refine(at, tolerance, ends=ends)
+        is_finer = self._setup.refine(at, tolerance, ends=ends)
         self._left = self._pause = 1 if is_finer else min(2 * self._pause, _MAX_PAUSE)
         return is_finer
 
@@ -117,7 +117,7 @@ def load_for_motion(path: Path, settings: Mapping[str, Any] | None = None) -> Ex
 
 def optimise(
     experiment: Experiment,
-    progress: Callable[[Progress, int], None] = lambda own, substeps: None,
+    progress: Callable[[Progress, int], None] = lambda row, substeps: None,
     *,
     resume: Path | None = None,
 ) -> OptimisedMotion:
@@ -135,122 +135,123 @@ def optimise(
         InputError: The file of the earlier motion belongs to another robot.
         NoMotionError: No motion satisfies the constraints; the message names one of them.
     """
-    own = motion_problem(experiment)
+    setup = motion_problem(experiment)
     assert experiment.motion is not None
     limit, iterations, seconds = experiment.motion.max_iterations, 0, 0.0
-    last = None if resume is None else last_motion(resume, own)
-    guess = first = _first_guess(own) if last is None else last
-    inner, rounds, passes = against_jumps(own.problem, guess), 0, False
-    own = _with_constraints(own, inner)
-    others = _other_guesses(own, first)
+    last = None if resume is None else last_motion(resume, setup)
+    guess = first = _first_guess(setup) if last is None else last
+    inner, rounds, passes = against_jumps(setup.problem, guess), 0, False
+    setup = _with_constraints(setup, inner)
+    others = _other_guesses(setup, first)
 
     history = list[tuple[Progress, int]]()
 
     def report(done: Progress) -> None:
-        history.append((done, own.shooting.steps))
-        progress(done, own.shooting.steps)
+        history.append((done, setup.shooting.steps))
+        progress(done, setup.shooting.steps)
 
     if last is not None:
-        own.refine(own.problem.clip(last), _INTEGRATION_ERROR, is_final=True)
-    found = None
+        setup.refine(setup.problem.clip(last), _INTEGRATION_ERROR, is_final=True)
+    previous = None
     while True:
-        solver = Optimiser(own.problem, max_iterations=limit, refine=_Refinement(own))
+        solver = Optimiser(setup.problem, max_iterations=limit, refine=_Refinement(setup))
         is_near = guess is not first or guess is last
-        hessian = found.hessian if found is not None and found.status == OPTIMAL else None
+        hessian = previous.hessian if previous is not None and previous.status == OPTIMAL else None
         solution = solver.solve(guess, report, None if is_near else others, hessian)
         stopped = solution is not None and solution.status == INTERRUPTED
         iterations += 0 if solution is None else solution.history[-1].iteration
         seconds += 0.0 if solution is None else solution.history[-1].seconds
         if guess is last and not stopped and (solution is None or not solution.is_feasible):
-            guess = first = _first_guess(own)  # the goals or bounds have changed
-            others = _other_guesses(own, first)
-            own.shooting.steps = experiment.motion.substeps
+            guess = first = _first_guess(setup)  # the goals or bounds have changed
+            others = _other_guesses(setup, first)
+            setup.shooting.steps = experiment.motion.substeps
             continue
-        if stopped and found is not None and solution is not None and not solution.is_feasible:
-            solution = replace(found, status=INTERRUPTED, history=solution.history)
+        if stopped and previous is not None and solution is not None and not solution.is_feasible:
+            solution = replace(previous, status=INTERRUPTED, history=solution.history)
         at = solution.iterate if solution is not None and solution.is_feasible else None
-        passes = passes if at is None else is_blocked(own.problem, at)
+        passes = passes if at is None else is_blocked(setup.problem, at)
         if passes and not stopped:
             another = next(others, None)
             if another is not None:
                 guess = another
                 continue
         if at is None:
-            require_reachable(experiment, own)
-        _require_motion(own, solution)
+            require_reachable(experiment, setup)
+        _require_motion(setup, solution)
         assert solution is not None
         is_final = solution.status == INTERRUPTED
         ends = solution.linearisation.intervals.ends
         if is_final:
             break
         at = solution.iterate
-        if not own.refine(at, _INTEGRATION_ERROR, is_final=True, ends=ends):
-            inner = between_nodes(own.problem, at, experiment.run.step)
+        if not setup.refine(at, _INTEGRATION_ERROR, is_final=True, ends=ends):
+            inner = between_nodes(setup.problem, at, experiment.run.step)
             if not inner or rounds == _MAX_ROUNDS:
                 break
             rounds, passes = rounds + 1, True
-            own = _with_constraints(own, inner)
-        found, guess = solution, at
-    notes, warnings = own.notes, tuple[str, ...]()
+            setup = _with_constraints(setup, inner)
+        previous, guess = solution, at
+    notes, warnings = setup.notes, tuple[str, ...]()
     if solution.status == NEARLY_OPTIMAL:
-        what = f"nearly optimal: the cost changed by less than {FLAT:.1%} in the last"
-        notes += (f"{what} {FLAT_ITERATIONS} iterations; --resume continues",)
+        text = f"nearly optimal: the cost changed by less than {FLAT:.1%} in the last"
+        notes += (f"{text} {FLAT_ITERATIONS} iterations; --resume continues",)
     elif solution.status != OPTIMAL:
-        what = "the motion satisfies the constraints, but is not optimal"
+        text = "the motion satisfies the constraints, but is not optimal"
         if not solution.is_feasible:
-            what = f"the motion violates constraints by {solution.violation:.2g} (scaled)"
-        warnings += (f"{solution.status}: {what}; continue with --resume",)
-    error = own.integration_error(solution.iterate, ends)
-    what = f"the integration error of an interval is up to {error:.2g}"
-    what += "; increase motion.substeps or motion.intervals"
+            text = f"the motion violates constraints by {solution.violation:.2g} (scaled)"
+        warnings += (f"{solution.status}: {text}; continue with --resume",)
+    error = setup.integration_error(solution.iterate, ends)
+    text = f"the integration error of an interval is up to {error:.2g}"
+    text += "; increase motion.substeps or motion.intervals"
     if error > ROUGH_INTEGRATION:
-        warnings += (what,)
+        warnings += (text,)
     elif error > _INTEGRATION_ERROR:
-        notes += (what,)
+        notes += (text,)
     if experiment.motion.muscles == "forces" and modelled_muscles(experiment.robot):
-        at, driven = solution.iterate, own.shooting.driven
-        tensions = np.full((len(at.u), own.dynamics.m), np.nan)
+        at, driven = solution.iterate, setup.shooting.driven
+        tensions = np.full((len(at.u), setup.dynamics.m), np.nan)
         tensions[:, driven] = at.u[:, : len(driven)]
-        notes += below_reach(experiment, at.x[:-1, : own.dynamics.n], tensions)
-    times, columns = _samples(own, solution, experiment.run.step)
-    x = np.zeros((len(times), own.shooting.nx))
-    x[:, : own.dynamics.n] = np.transpose(list(columns.values())[: own.dynamics.n])
-    warnings += passages(own.problem.constraints, times, x)
-    feedback, more = motion_feedback(experiment, own, solution.iterate)
+        notes += below_reach(experiment, at.x[:-1, : setup.dynamics.n], tensions)
+    times, columns = _samples(setup, solution, experiment.run.step)
+    x = np.zeros((len(times), setup.shooting.nx))
+    x[:, : setup.dynamics.n] = np.transpose(list(columns.values())[: setup.dynamics.n])
+    warnings += passages(setup.problem.constraints, times, x)
+    feedback, more = motion_feedback(experiment, setup, solution.iterate)
     return OptimisedMotion(
-        *(solution, own, times, columns, feedback, (*notes, *more), warnings),
+        *(solution, setup, times, columns, feedback, (*notes, *more), warnings),
         *(iterations, seconds, tuple(history)),
     )
 
 
-def _with_constraints(own: MotionProblem, inner: Sequence[NodeConstraint]) -> MotionProblem:
+def _with_constraints(setup: MotionProblem, inner: Sequence[NodeConstraint]) -> MotionProblem:
     """Return a problem with more constraints."""
-    constraints = [*own.problem.constraints, *inner]
-    return own._replace(problem=replace(own.problem, constraints=constraints))
+    constraints = [*setup.problem.constraints, *inner]
+    return setup._replace(problem=replace(setup.problem, constraints=constraints))
 
 
-def _first_guess(own: MotionProblem) -> Iterate:
+def _first_guess(setup: MotionProblem) -> Iterate:
     """Return a guess of the motion without obstacles, or the optimal one.
 
     It is a smooth motion; with muscle states, or a free duration or robot, it is a rest, from which
     fewer iterations are needed.
     """
-    free = without_obstacles(own.problem)
-    unknown = own.shooting.laws.state_names or own.problem.is_free_time or own.free is not None
-    guess = own.guess if unknown else smooth_guess(own)
-    if len(free.constraints) == len(own.problem.constraints):
+    free = without_obstacles(setup.problem)
+    problem, laws = setup.problem, setup.shooting.laws
+    unknown = laws.state_names or problem.is_free_time or setup.free is not None
+    guess = setup.guess if unknown else smooth_guess(setup)
+    if len(free.constraints) == len(setup.problem.constraints):
         return guess
     return rough_motion(free, guess) or guess
 
 
-def _other_guesses(own: MotionProblem, first: Iterate) -> Iterator[Iterate]:
+def _other_guesses(setup: MotionProblem, first: Iterate) -> Iterator[Iterate]:
     """Yield guesses for a first one from which no motion is found."""
-    if len(without_obstacles(own.problem).constraints) < len(own.problem.constraints):
-        yield from detours(own.problem, first, own.shooting.n)
-    yield own.guess if first is not own.guess else smooth_guess(own)
+    if len(without_obstacles(setup.problem).constraints) < len(setup.problem.constraints):
+        yield from detours(setup.problem, first, setup.shooting.n)
+    yield setup.guess if first is not setup.guess else smooth_guess(setup)
 
 
-def _require_motion(own: MotionProblem, solution: Solution | None) -> None:
+def _require_motion(setup: MotionProblem, solution: Solution | None) -> None:
     """Check that a motion satisfies the constraints."""
     if solution is None:
         raise NoMotionError("the simulation of the start diverges; use more substeps")
@@ -258,22 +259,22 @@ def _require_motion(own: MotionProblem, solution: Solution | None) -> None:
         if solution.violation > ROUGH:
             raise KeyboardInterrupt
     elif solution.status == INFEASIBLE or not solution.is_feasible:
-        raise NoMotionError(infeasibility(own.problem, solution))
+        raise NoMotionError(infeasibility(setup.problem, solution))
 
 
 def _samples(
-    own: MotionProblem, solution: Solution, step: float
+    setup: MotionProblem, solution: Solution, step: float
 ) -> tuple[FloatArray, dict[str, FloatArray]]:
     """Return the motion at multiples of a step."""
-    at, dynamics, n = solution.iterate, own.dynamics, own.dynamics.n
+    at, dynamics, n = solution.iterate, setup.dynamics, setup.dynamics.n
     count = int(np.ceil(at.duration / step - 1e-9))
     times = np.minimum(np.arange(count + 1) * step, at.duration)
     h = at.duration / len(at.u)
     interval = np.minimum((times / h + 1e-9).astype(int), len(at.u) - 1)
-    x, u = _states(own, at, times), at.u[interval]
-    torques = u[:, len(own.shooting.driven) :]
-    forces = np.concatenate([own.shooting.tensions(x, u), torques], axis=1)
-    qdd = own.shooting.rates(x, u)[:, n : 2 * n]
+    x, u = _states(setup, at, times), at.u[interval]
+    torques = u[:, len(setup.shooting.driven) :]
+    forces = np.concatenate([setup.shooting.tensions(x, u), torques], axis=1)
+    qdd = setup.shooting.rates(x, u)[:, n : 2 * n]
     robot = dynamics.robot
     names = [
         *(f"{letter}.{c.name}" for letter in ("q", "qd", "qdd") for c in robot.coordinates),
@@ -282,38 +283,38 @@ def _samples(
     ]
     table = np.concatenate([x[:, :n], x[:, n : 2 * n], qdd, forces], axis=1)
     columns = dict(zip(names, table.T, strict=True))
-    columns |= _law_columns(own, x, u)
+    columns |= _law_columns(setup, x, u)
     columns |= _task_columns(dynamics, x[:, :n], x[:, n : 2 * n], qdd)
     for k, p in enumerate(at.parameters.tolist()):
         columns[f"{PARAMETER}{k + 1}"] = np.full(len(times), p)
     return times, {**columns, MARK_COLUMN: interval.astype(float)}
 
 
-def _states(own: MotionProblem, at: Iterate, times: FloatArray) -> FloatArray:
+def _states(setup: MotionProblem, at: Iterate, times: FloatArray) -> FloatArray:
     """Return the states at some times, by one step from the Runge-Kutta step before each."""
-    shooting, steps = own.shooting, own.shooting.steps
+    shooting, steps = setup.shooting, setup.shooting.steps
     h = at.duration / len(at.u) / steps
     x, lengths = [at.x[:-1]], np.full(len(at.u), h)
     with shooting.using(1):
         for _ in range(1, steps):
-            part = shooting.run(x[-1], at.u, lengths, False, at.parameters)
-            assert part is not None
-            x.append(part.ends)
+            substep = shooting.run(x[-1], at.u, lengths, False, at.parameters)
+            assert substep is not None
+            x.append(substep.ends)
         starts = np.stack(x, axis=1).reshape(-1, at.x.shape[1])
         step = np.minimum((times / h + 1e-9).astype(int), len(starts) - 1)
         u = at.u[step // len(x)]
-        found = shooting.run(starts[step], u, times - step * h, False, at.parameters)
-    assert found is not None
-    return found.ends
+        intervals = shooting.run(starts[step], u, times - step * h, False, at.parameters)
+    assert intervals is not None
+    return intervals.ends
 
 
-def _law_columns(own: MotionProblem, x: FloatArray, u: FloatArray) -> dict[str, FloatArray]:
+def _law_columns(setup: MotionProblem, x: FloatArray, u: FloatArray) -> dict[str, FloatArray]:
     """Return the samples of the commands and states of muscle laws by name of the column."""
-    laws, driven = own.shooting.laws, own.shooting.driven
-    names = muscle_signals("u", own.dynamics.robot)
-    found = {names[k]: u[:, j] for j, k in enumerate(driven) if laws.modelled[k]}
-    states = x[:, 2 * own.shooting.n :].T
-    return found | dict(zip(laws.state_names, states, strict=True))
+    laws, driven = setup.shooting.laws, setup.shooting.driven
+    names = muscle_signals("u", setup.dynamics.robot)
+    columns = {names[k]: u[:, j] for j, k in enumerate(driven) if laws.modelled[k]}
+    states = x[:, 2 * setup.shooting.n :].T
+    return columns | dict(zip(laws.state_names, states, strict=True))
 
 
 def _task_columns(
