@@ -3,7 +3,7 @@
    Lengths and encoders are compared with each other by geometry only, so that unknown loads, contacts and wrong
    masses have no effect. In each tick, all coordinates are fitted to all sensors (least squares); the residual of
    a sensor is its deviation from the fit of the other sensors, divided by its standard deviation. Tensions are
-   compared with the commands behind the lag of the motors. Without tension sensors, faults of motors are not found, and
+   compared with the commands after the lag of the motors. Without tension sensors, faults of motors are not found, and
    a broken cable is reported as a stuck length sensor.
 
    A sensor becomes suspect if its statistic exceeds a threshold that a robot without faults exceeds less often than

@@ -107,7 +107,7 @@ static void predict_covariance(const faults *s, const real *drift, real factor, 
     for (size_t j = 0; j < n; j++) P[(2 * n + j) * (N + 1)] += drift[j] * drift[j] * h * factor;
 }
 
-/* Compute the change of velocities by the model, with the forces behind the lag of the motors: the model has used
+/* Compute the change of velocities by the model, with the forces after the lag of the motors: the model has used
    commands. Store the mean forces. */
 static void find_change(faults *s, const motion_record *now, real h, real *change)
 {
@@ -180,6 +180,7 @@ int motion_filter(faults *s, real h, int steps, int is_fit)
     agile.gain = s->agile_gain, agile.factor = s->agile_factor, agile.white = s->agile_white;
     memcpy(record.mobility, s->mobility, n * n * sizeof(real));
     memcpy(record.lengths, s->path_lengths, s->m * sizeof(real));
+    for (size_t i = 0; i < s->m && is_fit; i++) record.lengths[i] += cholesky_dot(n, s->jacobian + i * n, s->shift);
     memcpy(record.jacobian, s->jacobian, s->m * n * sizeof(real));
     find_change(s, &record, h, s->signal);
     record.factor[0] = *record.agile = 0;

@@ -11,7 +11,8 @@
 
 static const real MIN_INDEPENDENT = (real)1e-4; /* 1 - h of a sensor that the others can verify */
 
-static const real MAX_DISTANCE = 10; /* of a pose whose errors of second order are negligible */
+/* Of a pose from its fit, in standard deviations; errors of second order are then far below the noise. */
+static const real MAX_DISTANCE = 3;
 
 /* Return the variance of a length or encoder, and its derivative by q in `row`; 0: not measured. `difference`:
    measured minus expected at q. */

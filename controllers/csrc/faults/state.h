@@ -55,7 +55,7 @@ enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, PART = 4, SIGNS = 4, RISES =
     ARRAY(now, 1)          /* in [s]; its rounding error */                                            \
     ARRAY(now_rest, 1)                                                                                 \
     ARRAY(sent, WINDOW *m) /* commands with limited rates */                                           \
-    ARRAY(expected, m)     /* tension behind the lag of the motor */                                   \
+    ARRAY(expected, m)     /* tension after the lag of the motor  */                                   \
     ARRAY(residual, WINDOW *c)                                                                         \
     ARRAY(weight, WINDOW *c)                                                                           \
     ARRAY(sums, WINDOW *c) /* of weight times residual, and of weights, in PART ticks */               \
@@ -78,7 +78,7 @@ enum { WINDOW = 64, MOTION_WINDOW = 32, ONSETS = 3, PART = 4, SIGNS = 4, RISES =
     ARRAY(motion_tick, 1)                                                                              \
     ARRAY(motion_state, 6 * n) /* of two filters */                                                    \
     ARRAY(motion_covariance, 18 * n *n)                                                                \
-    ARRAY(motion_force, m)    /* behind the lag of the motors, at the end of the tick */               \
+    ARRAY(motion_force, m)    /* after the lag of the motors, at the end of the tick */               \
     ARRAY(motion_gain, MOTION_WINDOW * 3 * n *n)                                                       \
     ARRAY(motion_mobility, MOTION_WINDOW * n *n)                                                       \
     ARRAY(motion_factor, MOTION_WINDOW * n *n)                                                         \
