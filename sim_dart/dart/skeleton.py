@@ -30,6 +30,7 @@ class Skeleton:
 
     Attributes:
         get_positions, get_velocities: Return q and qd, shape (n,), as new arrays.
+        get_external_forces: Return the generalised forces of external forces on bodies, shape (n,).
         set_positions, set_velocities, set_forces: Set values from an array of shape (n,).
     """
 
@@ -39,6 +40,7 @@ class Skeleton:
         self._order = None if order == list(range(len(order))) else np.array(order)
         self.get_positions = self._getter(dart.getPositions)
         self.get_velocities = self._getter(dart.getVelocities)
+        self.get_external_forces = self._getter(dart.getExternalForces)
         self.set_positions = self._setter(dart.setPositions)
         self.set_velocities = self._setter(dart.setVelocities)
         self.set_forces = self._setter(dart.setForces)

@@ -85,6 +85,9 @@ class _ConcatenatedSkeletons:
     def getVelocities(self) -> FloatArray:
         return np.concatenate([skeleton.get_velocities() for skeleton in self._skeletons])
 
+    def getExternalForces(self) -> FloatArray:
+        return np.concatenate([each.get_external_forces() for each in self._skeletons])
+
     def setPositions(self, values: FloatArray) -> None:
         for skeleton, rows in zip(self._skeletons, self._slices, strict=True):
             skeleton.set_positions(values[rows])
@@ -100,28 +103,3 @@ class _ConcatenatedSkeletons:
     def resetAccelerations(self) -> None:
         for skeleton in self._skeletons:
             skeleton.dart.resetAccelerations()
-
-    def getMass(self) -> float:
-        return float(sum(skeleton.dart.getMass() for skeleton in self._skeletons))
-
-    def getCOM(self) -> FloatArray:
-        moments: FloatArray = sum(
-            (s.dart.getMass() * s.dart.getCOM() for s in self._skeletons), np.zeros(3)
-        )
-        return moments / self.getMass()
-
-    def computeKineticEnergy(self) -> float:
-        return float(sum(skeleton.dart.computeKineticEnergy() for skeleton in self._skeletons))
-
-    def getNumDofs(self) -> int:
-        return self._slices[-1].stop if self._slices else 0
-
-    def getNumBodyNodes(self) -> int:
-        return len(self._bodies())
-
-    def getBodyNode(self, index: int) -> Any:
-        return self._bodies()[index]
-
-    def _bodies(self) -> list[Any]:
-        darts = [skeleton.dart for skeleton in self._skeletons]
-        return [dart.getBodyNode(k) for dart in darts for k in range(dart.getNumBodyNodes())]

@@ -83,7 +83,11 @@ class RobotDynamics(ABC):
 
     def task_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
         """Return the bias J'(q, qd) qd of the task, shape (k,), in [m/s²] or [rad/s²]."""
-        return self._frame_biases(finite("q", q, self.n), finite("qd", qd, self.n))[self._task_rows]
+        core = self._paths.core
+        core.move(core.handle, finite("q", q, self.n).tobytes())
+        core.update_task_bias(core.handle, finite("qd", qd, self.n).tobytes())
+        biases = core.array("task_bias", 3 * len(self.robot.task_frames))
+        return biases[self._task_rows]
 
     @abstractmethod
     def _mass_matrix(self, q: FloatArray) -> FloatArray: ...
@@ -93,10 +97,6 @@ class RobotDynamics(ABC):
 
     @abstractmethod
     def _gravity(self, q: FloatArray) -> FloatArray: ...
-
-    @abstractmethod
-    def _frame_biases(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        """Return J' qd with three values per task frame."""
 
     def loop_jacobian(self, q: ArrayLike) -> FloatArray:
         """Return J(q) of the loop constraints J qd = 0, shape (c, n). Rows may be dependent."""

@@ -27,14 +27,14 @@ class CoreDynamics(RobotDynamics):
     def __init__(self, robot: Robot, *, may_be_singular: bool = False) -> None:
         super().__init__(robot)
         core = self._paths.core
-        n, k = self.n, len(robot.task_frames)
+        n = self.n
         self._core, self._handle = core, core.handle
         self._M, self._C, self._G = (
             core.array("mass_matrix", n, n),
             core.array("coriolis", n),
             core.array("gravity", n),
         )
-        self._qdd, self._biases = core.array("qdd", n), core.array("task_bias", 3 * k)
+        self._qdd = core.array("qdd", n)
         forces = any(c.limit_force for c in robot.coordinates)
         forces |= any(law_of(muscle.model).sags for muscle in robot.muscles)
         # whether G has terms other than weight and springs of q
@@ -103,8 +103,3 @@ class CoreDynamics(RobotDynamics):
         self._core.move(self._handle, q.tobytes())
         self._core.update_gravity(self._handle)
         return self._G.copy()
-
-    def _frame_biases(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        self._core.move(self._handle, q.tobytes())
-        self._core.update_task_bias(self._handle, qd.tobytes())
-        return self._biases

@@ -55,7 +55,8 @@ def joint_reactions(
     for k, link in enumerate(robot.links):
         inertia = link.inertia
         c, m = np.array(inertia.com), inertia.mass
-        second = _second_moment(inertia) + m * np.outer(c, c)
+        I = np.array(inertia.matrix)  # noqa: E741
+        second = 0.5 * np.trace(I) * np.eye(3) - I + m * np.outer(c, c)  # integral of x x' dm
         pull = links.accelerations[:, k, 0] - np.array(robot.gravity)
         arm = np.einsum("tij,j->ti", R[:, k], c)
         forces[:, k] = m * (pull + np.einsum("tij,j->ti", bend[:, k], c))
@@ -83,16 +84,6 @@ def joint_reactions(
     forces, moments = forces[:, children], moments[:, children]
     moments = moments - np.cross(at, forces)
     return JointReactions(tuple(joint.name for joint in robot.joints), forces, moments)
-
-
-def _second_moment(inertia: object) -> FloatArray:
-    """Return the integral of x x' dm about the centre of mass, from the inertia matrix."""
-    xx, yy, zz, xy, xz, yz = (
-        getattr(inertia, name) for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    )
-    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    second: FloatArray = 0.5 * np.trace(matrix) * np.eye(3) - matrix
-    return second
 
 
 def _axial(A: FloatArray) -> FloatArray:

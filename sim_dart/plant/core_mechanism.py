@@ -9,13 +9,11 @@ import numpy as np
 
 from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import FloatArray
-from sim_dart.core.blob import fixed_energy
 from sim_dart.core.close_loops import closed_pose, closed_rates
 from sim_dart.core.mass_check import require_inertia
-from sim_dart.core.wrench_points import wrench_points
 
 from .energy import EnergyBalance
-from .mechanism import ExternalForces, Mechanism, Momentum
+from .mechanism import ExternalForces, Mechanism
 
 
 class CoreMechanism(Mechanism):
@@ -33,13 +31,10 @@ class CoreMechanism(Mechanism):
     def __init__(self, robot: Robot, *, wrenched: Sequence[str] = ()) -> None:
         super().__init__(robot, wrenched)
         n = len(robot.coordinates)
-        self._fixed_energy = fixed_energy(robot)
-        self._energies = self.core.array("energies", 3)
-        self._momenta = self.core.array("momenta", 2, 3)
         self._M = self.core.array("mass_matrix", n, n)
         self._core_q, self._core_qd = self.core.array("q", n), self.core.array("qd", n)
         points = self.load_size // 3
-        self._external = self.core.external_wrenches(*wrench_points(robot, wrenched))
+        self._external = self.core.external_wrenches(*self._wrench_points)
         self._is_loaded = False
         self._loads, self._wrenches = self._external[:points, :3], self._external[points:]
         initial = np.array([coordinate.initial for coordinate in robot.coordinates])
@@ -89,18 +84,6 @@ class CoreMechanism(Mechanism):
         if answer <= len(self._core_q):
             self.raise_state_error(answer - 1, self._core_q, self._core_qd)
         self.check_muscles()
-
-    def energies(self) -> tuple[float, float]:
-        """Return kinetic and potential energy; see `Mechanism.energies`."""
-        self.core.update_energies(self._handle, self.qd.tobytes())
-        kinetic, weight, springs = self._energies.tolist()
-        return kinetic, weight + self._fixed_energy + springs
-
-    def momentum(self) -> Momentum:
-        """Return the linear and angular momentum in the world frame."""
-        self.core.update_energies(self._handle, self.qd.tobytes())
-        linear, angular = self._momenta.copy()
-        return Momentum(linear, angular)
 
 
 class CoreSteps:

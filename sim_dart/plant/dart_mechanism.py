@@ -9,11 +9,10 @@ import numpy as np
 from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.tasks import point_rows
-from sim_dart.dart.link_wrenches import LinkWrenches
 from sim_dart.dart.skeleton import build_skeleton
 from sim_dart.dart.skeleton_group import build_skeletons
 
-from .mechanism import DivergedError, ExternalForces, Mechanism, Momentum
+from .mechanism import DivergedError, ExternalForces, Mechanism
 
 
 class DartMechanism(Mechanism):
@@ -36,11 +35,9 @@ class DartMechanism(Mechanism):
         super().__init__(robot, wrenched)
         n, k = len(robot.coordinates), len(robot.task_frames)
         self.skeleton = build_skeletons(robot) if separate_trees else build_skeleton(robot)
-        self._link_wrenches = LinkWrenches(self.skeleton, wrenched)
+        self._wrenched = [self.skeleton.bodies[link] for link in wrenched]
         self.muscle_torques = self.core.array("torques", n)
         self.outer_torques = np.zeros(n)
-        self._stiffness = np.array([c.stiffness for c in robot.coordinates])
-        self._rest = np.array([c.rest for c in robot.coordinates])
         self._pull = self.core.pull
         self._work = self.core.array("work", 4)
         self._point_rows = point_rows(robot)
@@ -73,7 +70,7 @@ class DartMechanism(Mechanism):
                 self.core.update_task_jacobian(self._handle)
                 outer = outer + self._task_jacobian[self._point_rows].T @ external.loads
             if external.wrenches is not None:
-                outer = outer + self._link_wrenches.torques(external.wrenches)
+                outer = outer + self._wrench_torques(external.wrenches)
             self.outer_torques = outer
             total: FloatArray = self.muscle_torques + outer
         if not np.isfinite(total).all():  # DART does not check this
@@ -81,6 +78,16 @@ class DartMechanism(Mechanism):
             name = self.robot.coordinates[worst].name
             raise DivergedError(f"the force or torque on {name} is {total[worst]}")
         return total
+
+    def _wrench_torques(self, wrenches: FloatArray) -> FloatArray:
+        """Return the generalised forces of forces and torques on links, shape (n,)."""
+        for body, wrench in zip(self._wrenched, wrenches.reshape(-1, 6), strict=True):
+            body.addExtForce(wrench[:3])
+            body.addExtTorque(wrench[3:])
+        torques = self.skeleton.get_external_forces()
+        for dart in self.skeleton.darts:
+            dart.clearExternalForces()
+        return torques
 
     def set_state(self, q: FloatArray, qd: FloatArray) -> None:
         """Set the state; see `Mechanism.set_state`."""
@@ -103,23 +110,3 @@ class DartMechanism(Mechanism):
         self.core.advance(self._handle, commands.tobytes(), h)
         self.check_muscles()
         return float(self._work[3])
-
-    def energies(self) -> tuple[float, float]:
-        """Return kinetic and potential energy; see `Mechanism.energies`."""
-        dart = self.skeleton.dart
-        weight = -dart.getMass() * (np.array(self.robot.gravity) @ dart.getCOM())
-        springs = 0.5 * self._stiffness @ (self.q - self._rest) ** 2
-        return float(dart.computeKineticEnergy()), float(weight + springs)
-
-    def momentum(self) -> Momentum:
-        """Return the linear and angular momentum in the world frame."""
-        linear, angular = np.zeros(3), np.zeros(3)
-        skeleton = self.skeleton.dart
-        for k in range(skeleton.getNumBodyNodes()):
-            body = skeleton.getBodyNode(k)
-            p = body.getMass() * body.getCOMLinearVelocity()
-            R = body.getWorldTransform().rotation()
-            inertia = R @ body.getInertia().getMoment() @ R.T
-            linear += p
-            angular += np.cross(body.getCOM(), p) + inertia @ body.getAngularVelocity()
-        return Momentum(linear, angular)

@@ -11,9 +11,10 @@ import numpy as np
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.model.muscle_laws import law_of
 from sim_dart.core.arrays import FloatArray
-from sim_dart.core.blob import compile_blob
+from sim_dart.core.blob import compile_blob, fixed_energy
 from sim_dart.core.library import Core
 from sim_dart.core.tasks import point_rows
+from sim_dart.core.wrench_points import wrench_points
 from sim_dart.muscles.friction import has_cable_friction
 from sim_dart.muscles.laws import MuscleLaws
 
@@ -55,11 +56,13 @@ class Mechanism(ABC):
         robot: A valid robot.
         wrenched: Names of the links on which external wrenches act.
 
+    Raises:
+        UnknownNameError: A link does not exist.
+
     Attributes:
         core: The muscle paths.
         laws: The muscle laws, or None if all muscles are ideal cables without friction. The
-            commands
-            of such cables are their tensions.
+            commands of such cables are their tensions.
         q, qd: Joint positions and velocities, shape (n,).
         lengths, jacobian: l and L at q, as views.
         load_size: Number of values of the loads, three per position task frame.
@@ -82,8 +85,12 @@ class Mechanism(ABC):
         self.q, self.qd = np.zeros(n), np.zeros(n)
         self.load_size = len(point_rows(robot))
         self.wrench_size = 6 * len(wrenched)
+        self._wrench_points = wrench_points(robot, wrenched)
         self._handle = self.core.handle
         self._move = self.core.move_checked
+        self._fixed_energy = fixed_energy(robot)
+        self._energies = self.core.array("energies", 3)
+        self._momenta = self.core.array("momenta", 2, 3)
 
     @abstractmethod
     def set_state(self, q: FloatArray, qd: FloatArray) -> None:
@@ -93,16 +100,19 @@ class Mechanism(ABC):
             DivergedError: The state is not finite or out of bounds. The mechanism is unchanged.
         """
 
-    @abstractmethod
     def energies(self) -> tuple[float, float]:
         """Return the kinetic energy 1/2 qd'M qd and the potential energy, in [J].
 
         The potential energy includes the weight, zero at the world origin, and joint springs.
         """
+        self.core.update_energies(self._handle, self.qd.tobytes())
+        kinetic, weight, springs = self._energies.tolist()
+        return kinetic, weight + self._fixed_energy + springs
 
-    @abstractmethod
     def momentum(self) -> Momentum:
         """Return the linear and angular momentum in the world frame."""
+        self.core.update_energies(self._handle, self.qd.tobytes())
+        return Momentum(*self._momenta.copy())
 
     @property
     def muscle_states(self) -> FloatArray:
