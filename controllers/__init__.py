@@ -44,8 +44,6 @@ if TYPE_CHECKING:
     from .force_distribution.methods import METHODS, distribute
     from .force_distribution.polygon import feasible_polygon
     from .force_distribution.poses import DistributedForces
-    from .laws.cable_length import CableLengthController
-    from .laws.cable_velocity import CableVelocityController
     from .laws.motors import SpringMotors
     from .optimal.custom import MotionCost, MotionState
     from .references.recorded import recorded_trajectory, waypoint_trajectory
@@ -60,8 +58,6 @@ _MODULES = {
     "force_distribution.methods": "METHODS distribute",
     "force_distribution.polygon": "feasible_polygon",
     "force_distribution.poses": "DistributedForces",
-    "laws.cable_length": "CableLengthController",
-    "laws.cable_velocity": "CableVelocityController",
     "laws.motors": "SpringMotors",
     "optimal.custom": "MotionCost MotionState",
     "references.recorded": "recorded_trajectory waypoint_trajectory",
@@ -71,8 +67,6 @@ _MODULE_OF_NAME = {name: module for module, names in _MODULES.items() for name i
 __all__ = [
     "METHODS",
     "ApproachReference",
-    "CableLengthController",
-    "CableVelocityController",
     "ControlLaw",
     "ControlLoop",
     "DistributedForces",

@@ -11,8 +11,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from addin_sdfusion.robot import InputError
-
 from .arrays import FloatArray
 
 
@@ -103,19 +101,6 @@ class TaskDynamics(LimitedDynamics, Protocol):
 def actuator_names(dynamics: Dynamics) -> tuple[str, ...]:
     """Return the names of all muscles and of all coordinates with motors, in the order of f."""
     return (*dynamics.muscle_names, *dynamics.motor_names)
-
-
-def require_no_motors(dynamics: Dynamics, controller: str) -> None:
-    """Reject robots with motors at joints with an InputError.
-
-    Args:
-        dynamics: The robot.
-        controller: Controller for the message, such as `cable velocity control`.
-    """
-    if dynamics.motor_names:
-        raise InputError(
-            f"{controller} does not support motors at joints: {', '.join(dynamics.motor_names)}"
-        )
 
 
 def bias_torque(dynamics: Dynamics, q: FloatArray, qd: FloatArray) -> FloatArray:

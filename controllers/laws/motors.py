@@ -4,6 +4,11 @@
 
 l is the length of the muscle path. l0 is the set point of the motor: the length of the unstretched
 cable. Solving for l0 converts forces to set points, like `offsetGeneration` of CASPR.
+
+Without joint sensors, set points follow a reference if they are computed from the path lengths,
+their rates and the forces of `JointSpaceController` at the reference. With joint sensors, the rates
+l0' = L (qd_d + Kp (q_d - q) + Kd (qd_d - qd)) move the joints to q_d under any constant load; the
+controllers of kindyn omit qd_d.
 """
 
 from __future__ import annotations

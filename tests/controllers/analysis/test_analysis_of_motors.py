@@ -9,7 +9,7 @@ import pytest
 from support.robots.arms import TwoLinkArm
 
 from addin_sdfusion.robot import InputError
-from controllers import CableVelocityController, ForceDistribution
+from controllers import ForceDistribution
 from controllers.analysis.inverse_dynamics import Motion, motion_terms, size_muscles
 from controllers.analysis.linearise import linearise_robot
 from controllers.analysis.workspace import workspace
@@ -141,11 +141,6 @@ def test_negative_limits_are_valid_only_for_motors() -> None:
         ForceDistribution(
             [0, 0, 0, 0, 2.0], [1, 1, 1, 1, 1.0], motors=1, muscle_names=(*"abcd", "elbow")
         )
-
-
-def test_cable_velocity_control_rejects_motors() -> None:
-    with pytest.raises(InputError, match="does not support motors at joints: elbow"):
-        CableVelocityController(HybridArm(), 1.0)
 
 
 def test_torque_of_the_size_of_rounding_errors_is_solved() -> None:
