@@ -13,7 +13,7 @@ from ..robot.finding_builders import error, warning
 from ..robot.model.joint import Joint
 from ..robot.model.pose import Pose
 from ..robot.model.robot import Link, Robot
-from ..robot.transforms.rename_links import rename_links
+from ..robot.transforms.part_map import PartMap
 from ..snapshot import BodySnapshot, DesignSnapshot, bare_name
 from ..snapshot.mass_properties import link_inertia
 from .design_checks import (
@@ -166,8 +166,9 @@ class _RobotBuilder:
         massless = massless_links(links.names, masses.parts)
         all_findings = sort_findings(add_robot_findings(self.findings, massless, robot))
         names = {each.link: each.exported_name for each in snapshot.settings.of_links}
+        renamed = PartMap(link=lambda link: names.get(link, link)).apply_to(robot)
         return BuiltRobot(
-            None if any(f.is_error for f in all_findings) else rename_links(robot, names),
+            None if any(f.is_error for f in all_findings) else renamed,
             all_findings,
             {names.get(k, k): T.pose() for k, T in self._frames.T_world_link.items()},
             {names.get(k, k): bodies for k, bodies in masses.bodies.items()},

@@ -37,6 +37,7 @@ from ..robot.formats.writing.carried_meshes import CarriedMeshes
 from ..robot.model.pose import IDENTITY
 from ..robot.model.robot import Link, Robot
 from ..robot.model.rotations import inverse
+from ..robot.transforms.part_map import PartMap
 from ..settings import ExportSettings
 from ..snapshot import DesignSnapshot
 from .changes import changes, contents
@@ -258,11 +259,7 @@ class _Export:
 
     def _write_with_meshes(self, name: str, robot: Robot) -> None:
         """Write a robot with its meshes into a separate, self-contained folder."""
-        links = []
-        for link in robot.links:
-            meshes = (replace(m, uri=self._below(m.uri)) for m in link.meshes)
-            links.append(replace(link, meshes=tuple(meshes)))
-        robot = replace(robot, links=tuple(links))
+        robot = PartMap(mesh_uri=self._below).apply_to(robot)
         carried = CarriedMeshes.of(robot, self._folder)
         self._write_as(name, format_of(name, meshes=carried), robot, name)
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
 
@@ -104,12 +103,6 @@ class Coordinate:
     def is_free(self) -> bool:
         """Whether the coordinate is part of q."""
         return not (self.coupling or self.locked)
-
-
-def rename_coordinate(coordinate: Coordinate, new_name: Callable[[str], str]) -> Coordinate:
-    """Return the coordinate with another name, and with renamed coordinates in its coupling."""
-    coupling = tuple(replace(t, coordinate=new_name(t.coordinate)) for t in coordinate.coupling)
-    return replace(coordinate, name=new_name(coordinate.name), coupling=coupling)
 
 
 @dataclass(frozen=True, slots=True)

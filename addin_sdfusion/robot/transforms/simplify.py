@@ -10,10 +10,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from ..model.joint import Joint, Motion
-from ..model.loop import LoopJoint
-from ..model.muscle import CableSet, Muscle, ViaPoint, WrapSurface
 from ..model.pose import IDENTITY, Pose
-from ..model.robot import WORLD, Inertia, Link, Robot, TaskFrame, TaskSet
+from ..model.robot import WORLD, Inertia, Link, Robot
 from ..model.rotations import (
     Matrix3,
     add,
@@ -27,6 +25,7 @@ from ..model.rotations import (
     rotation,
     subtract,
 )
+from .part_map import PartMap
 
 Targets = Mapping[str, tuple[str, Pose]]
 """For each link, the target link that receives its parts, and its pose in the target's frame."""
@@ -178,57 +177,5 @@ def _sum(bodies: list[Inertia]) -> Inertia:
 
 def _with_targets(robot: Robot, targets: Targets) -> Robot:
     """Return the robot with all parts of each link moved to its target link."""
-    return replace(
-        robot,
-        cable_sets=tuple(
-            CableSet(group.name, tuple(_muscle(muscle, targets) for muscle in group.muscles))
-            for group in robot.cable_sets
-        ),
-        task_sets=tuple(
-            TaskSet(group.name, tuple(_task_frame(frame, targets) for frame in group.frames))
-            for group in robot.task_sets
-        ),
-        wrap_surfaces=tuple(_surface(surface, targets) for surface in robot.wrap_surfaces),
-        loops=tuple(_loop(loop, targets) for loop in robot.loops),
-    )
-
-
-def _muscle(muscle: Muscle, targets: Targets) -> Muscle:
-    points = tuple(_via_point(point, targets) for point in muscle.via_points)
-    wraps = tuple(
-        wrap
-        if wrap.side_point is None
-        else replace(wrap, side_point=_via_point(wrap.side_point, targets))
-        for wrap in muscle.wraps
-    )
-    return replace(muscle, via_points=points, wraps=wraps)
-
-
-def _via_point(point: ViaPoint, targets: Targets) -> ViaPoint:
-    target, T_target_link = targets[point.link]
-    R = rotation(T_target_link.rpy)
-    moves = tuple(replace(move, axis=rotate(R, move.axis)) for move in point.moves)
-    return replace(point, link=target, position=apply(T_target_link, point.position), moves=moves)
-
-
-def _task_frame(frame: TaskFrame, targets: Targets) -> TaskFrame:
-    target, T_target_link = targets[frame.link]
-    if frame.is_orientation:
-        return replace(frame, link=target)
-    return replace(frame, link=target, position=apply(T_target_link, frame.position))
-
-
-def _loop(loop: LoopJoint, targets: Targets) -> LoopJoint:
-    (parent, T_target_parent), (child, T_target_child) = targets[loop.parent], targets[loop.child]
-    return replace(
-        loop,
-        parent=parent,
-        child=child,
-        T_parent_joint=compose(T_target_parent, loop.T_parent_joint),
-        T_child_joint=compose(T_target_child, loop.T_child_joint),
-    )
-
-
-def _surface(surface: WrapSurface, targets: Targets) -> WrapSurface:
-    target, T_target_link = targets[surface.link]
-    return replace(surface, link=target, pose=compose(T_target_link, surface.pose))
+    to_targets = PartMap(link=lambda link: targets[link][0], frame=lambda link: targets[link][1])
+    return to_targets.apply_to_attached(robot)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ...errors import InputError
@@ -12,6 +12,7 @@ from ...finding import Finding, Subject
 from ...finding_builders import warning
 from ...mesh_files import MODEL_URIS, is_file, mesh_bytes, mesh_file, packed_name
 from ...model.robot import Robot
+from ...transforms.part_map import PartMap
 
 Opens = Callable[[str, bytes], bool]
 
@@ -63,16 +64,12 @@ class CarriedMeshes:
         Args:
             keeps_models: Whether to keep URIs of models (`model://`) that mean the same file.
         """
-        links = []
-        for link in robot.links:
-            meshes = tuple(
-                mesh
-                if keeps_models and self._has_model_uri(mesh.uri)
-                else replace(mesh, uri=self.names.get(mesh.uri, mesh.uri))
-                for mesh in link.meshes
-            )
-            links.append(replace(link, meshes=meshes))
-        return replace(robot, links=tuple(links))
+
+        def place(uri: str) -> str:
+            is_kept = keeps_models and self._has_model_uri(uri)
+            return uri if is_kept else self.names.get(uri, uri)
+
+        return PartMap(mesh_uri=place).apply_to(robot)
 
     def losses(self, robot: Robot) -> Iterator[Finding]:
         """Report the meshes that are not copied."""

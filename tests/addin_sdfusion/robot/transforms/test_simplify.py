@@ -9,11 +9,13 @@ from support.robots.random_robots import random_robot
 from addin_sdfusion.robot import (
     IDENTITY,
     WORLD,
+    BasePulley,
     Joint,
     Mesh,
     Pose,
     TaskFrame,
     TaskSet,
+    ViaPoint,
     WrapSurface,
     align_frames,
     check,
@@ -21,7 +23,7 @@ from addin_sdfusion.robot import (
     read_robot,
 )
 from addin_sdfusion.robot.model.rotations import apply, compose, inverse
-from sim_dart import DartDynamics
+from sim_dart import DartDynamics, MusclePaths
 
 SEEDS = range(8)
 
@@ -118,6 +120,25 @@ def test_link_with_a_task_frame_that_cannot_be_moved_is_kept(axes):
     stay = {joint.child for joint in merged.joints if not joint.motions}
     assert stay == ({"rock"} if axes == ("x",) else {"rock", "hand"})
     assert_same_motion(robot, merged, 1)
+
+
+def test_pulley_turns_with_its_link():
+    robot = random_robot(2)
+    tip, muscle = robot.links[0].name, robot.muscles[0]
+    base = replace(robot.links[0], name="base")
+    entry = ("cable_entry_vector", (0.0, 0.6, 0.8))
+    pulley = BasePulley("rotating", (("pulley_radius", (0.01,)), entry))
+    points = (ViaPoint("base", (1.0, 2.0, 3.0)), ViaPoint(tip, (0.0, 0.0, 0.1)))
+    over_pulley = replace(muscle, via_points=points, wraps=(), pulley=pulley)
+    robot = replace(
+        robot.with_muscles([over_pulley]),
+        links=(*robot.links, base),
+        joints=(*robot.joints, weld("base", WORLD, (0.3, -0.2, 0.5))),
+    )
+    q = np.random.default_rng(2).uniform(-1.0, 1.0, len(robot.coordinates))
+    merged = merge_fixed_joints(robot)
+    assert merged.muscles[0].via_points[0].link == WORLD
+    close(MusclePaths(merged).evaluate(q).lengths, MusclePaths(robot).evaluate(q).lengths)
 
 
 def test_links_fixed_to_the_world_become_world(shared):

@@ -7,10 +7,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from ....finding import Subject
-from ....model.joint import rename_coordinate
-from ....model.muscle import CableSet, ViaPoint
 from ....model.robot import WORLD, Robot
 from ....transforms.joint_chains import Names
+from ....transforms.part_map import PartMap
 from ...capability import FeaturePlace
 
 GROUND = "ground"
@@ -23,36 +22,22 @@ Renaming = dict[str, str]
 def with_legal_names(robot: Robot) -> Robot:
     """Return the robot with only its active sets, and with names that OpenSim accepts."""
     renaming = _renamings(robot)
-    links, joints = renaming["link"] | {WORLD: WORLD}, renaming["joint"]
-    coordinates, surfaces = renaming["coordinate"], renaming["wrap surface"]
-    legal = replace(
+    links = renaming["link"] | {WORLD: WORLD}
+    legal = PartMap(
+        link=links.__getitem__,
+        joint=renaming["joint"].__getitem__,
+        coordinate=renaming["coordinate"].__getitem__,
+        muscle=renaming["muscle"].__getitem__,
+        task_frame=renaming["task frame"].__getitem__,
+        surface=renaming["wrap surface"].__getitem__,
+    )
+    active = replace(
         robot,
         name=renaming["robot"][robot.name],
-        links=tuple(replace(link, name=links[link.name]) for link in robot.links),
-        joints=tuple(
-            replace(
-                joint,
-                name=joints[joint.name],
-                parent=links[joint.parent],
-                child=links[joint.child],
-                coordinates=tuple(
-                    rename_coordinate(c, coordinates.__getitem__) for c in joint.coordinates
-                ),
-            )
-            for joint in robot.joints
-        ),
-        loops=tuple(
-            replace(
-                loop, name=joints[loop.name], parent=links[loop.parent], child=links[loop.child]
-            )
-            for loop in robot.loops
-        ),
-        wrap_surfaces=tuple(
-            replace(surface, name=surfaces[surface.name], link=links[surface.link])
-            for surface in robot.wrap_surfaces
-        ),
+        cable_sets=tuple(s for s in robot.cable_sets if s.name == robot.cable_set),
+        task_sets=tuple(s for s in robot.task_sets if s.name == robot.task_set),
     )
-    return _with_legal_sets(legal, renaming, links)
+    return legal.apply_to(active)
 
 
 def renamed_objects(robot: Robot) -> Iterator[FeaturePlace]:
@@ -82,33 +67,3 @@ def _legal(names: Iterable[str], used_names: Iterable[str]) -> Renaming:
     unchanged = [name for name, legal in safe.items() if name == legal]
     changed = [name for name, legal in safe.items() if name != legal]
     return {name: free.unique(safe[name]) for name in (*unchanged, *changed)}
-
-
-def _with_legal_sets(robot: Robot, renaming: dict[str, Renaming], links: Renaming) -> Robot:
-    surfaces, coordinates = renaming["wrap surface"], renaming["coordinate"]
-    muscles = tuple(
-        replace(
-            muscle,
-            name=renaming["muscle"][muscle.name],
-            via_points=tuple(_point(p, links, coordinates) for p in muscle.via_points),
-            wraps=tuple(replace(wrap, surface=surfaces[wrap.surface]) for wrap in muscle.wraps),
-            terms=tuple(replace(t, coordinate=coordinates[t.coordinate]) for t in muscle.terms),
-        )
-        for muscle in robot.muscles
-    )
-    frames = tuple(
-        replace(frame, name=renaming["task frame"][frame.name], link=links[frame.link])
-        for frame in robot.task_frames
-    )
-    cable_sets = (CableSet(robot.cable_set, muscles),) if robot.cable_set else ()
-    task_sets = tuple(
-        replace(group, frames=frames) for group in robot.task_sets if group.name == robot.task_set
-    )
-    return replace(robot, cable_sets=cable_sets, task_sets=task_sets)
-
-
-def _point(point: ViaPoint, links: Renaming, coordinates: Renaming) -> ViaPoint:
-    when = point.when
-    when = when and replace(when, coordinate=coordinates[when.coordinate])
-    moves = tuple(replace(m, coordinate=coordinates[m.coordinate]) for m in point.moves)
-    return replace(point, link=links[point.link], when=when, moves=moves)
