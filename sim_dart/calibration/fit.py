@@ -108,11 +108,9 @@ def _evaluate_step(
     """Return the fitted windows after a step, with predicted start states, or None."""
     if not np.isfinite(problem.prior(z)[0]):
         return None
-    moved = [
-        x + change + slope @ step
-        for x, change, slope in zip(fitted.starts, at.start_changes, at.start_slopes, strict=True)
-    ]
-    return problem.fit_windows(z, windows, moved, at.start_solvers)
+    moved = problem.moved_starts(fitted.starts, at.windows, step)
+    solvers = [window.start_solver for window in at.windows]
+    return problem.fit_windows(z, windows, moved, solvers)
 
 
 def _predicted_gain(problem: CalibrationProblem, at: Linearisation, z: FloatArray) -> float:

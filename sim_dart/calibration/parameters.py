@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Literal
 
 import numpy as np
 
-from addin_sdfusion.robot import Coordinate, InputError, Robot
+from addin_sdfusion.robot import InputError, Muscle, Robot
 from addin_sdfusion.robot.checks.muscles import MAX_FRICTION
 from addin_sdfusion.robot.model.muscle_laws import law_parameters
 from addin_sdfusion.robot.model.robot import Inertia
@@ -46,6 +46,10 @@ GROUPS = {
 }
 """Parameters that can be calibrated: the last word of their names by the first word."""
 
+_DELAYS: tuple[tuple[str, Kind], ...] = (
+    ("delays.tensions", "tension_delay"),
+    ("delays.lengths", "length_delay"),
+)
 _NONE = -1
 MIN_FRICTION = 1e-4
 """Smallest friction coefficient of a cable. A cable without friction has no friction states."""
@@ -180,12 +184,7 @@ def _all_parameters(
             name = f"links.{link.name}.inertia"
             yield name, _inertia_parameters(name, k, link.inertia, priors)
     yield from _joint_parameters(robot, torque, priors)
-    delays: tuple[tuple[str, Kind], ...] = (
-        ("tensions", "tension_delay"),
-        ("lengths", "length_delay"),
-    )
-    for signal, kind in delays:
-        key = f"delays.{signal}"
+    for key, kind in _DELAYS:
         yield key, [Parameter(key, kind, _NONE, (), 0.0, priors.delay, "s")]
 
 
@@ -231,74 +230,39 @@ def _joint_parameters(
 
 def calibrated_robot(robot: Robot, parameters: Sequence[Parameter], theta: FloatArray) -> Robot:
     """Return the robot with changed parameters. Parameters of sensors are ignored."""
-    points: dict[tuple[int, int], list[float]] = {}
+    links, muscles, coordinates = list(robot.links), list(robot.muscles), list(robot.coordinates)
     inertias: dict[int, FloatArray] = {}
-    joints: dict[str, dict[str, float]] = {}
-    stiff: dict[int, float] = {}
-    rough: dict[int, float] = {}
     for one, change in zip(parameters, theta.tolist(), strict=True):
+        k, value = one.item, one.value + change
         if not change:
             continue
         if one.kind == "point":
-            key = (one.item, one.part[0])
-            moved = points.setdefault(
-                key, list(robot.muscles[one.item].via_points[key[1]].position)
-            )
-            moved[one.part[1]] += change
+            muscles[k] = _with_moved_point(muscles[k], one.part[0], one.part[1], change)
         elif one.kind == "inertia":
-            inertias.setdefault(one.item, np.zeros(10))[one.part[0]] = change
+            inertias.setdefault(k, np.zeros(10))[one.part[0]] = change
         elif one.kind in ("damping", "friction", "armature"):
-            name = robot.coordinates[one.item].name
-            joints.setdefault(name, {})[one.kind] = one.value + change
+            coordinates[k] = replace(coordinates[k], **{one.kind: value})
         elif one.kind == "stiffness":
-            stiff[one.item] = one.value + change
+            numbers = dict(law_parameters(muscles[k].model)) | {"stiffness": value}
+            model = replace(muscles[k].model, parameters=tuple(numbers.items()))
+            muscles[k] = replace(muscles[k], model=model)
         elif one.kind == "cable_friction":
-            rough[one.item] = one.value + change
-    return _change_robot(robot, points, inertias, joints, stiff, rough)
-
-
-def _change_robot(
-    robot: Robot,
-    points: dict[tuple[int, int], list[float]],
-    inertias: dict[int, FloatArray],
-    joints: dict[str, dict[str, float]],
-    stiff: dict[int, float],
-    rough: dict[int, float],
-) -> Robot:
-    links = list(robot.links)
-    for k, theta in inertias.items():
-        thick = thicken(links[k].inertia)
-        links[k] = replace(links[k], inertia=inertia_of(thick + theta))
-    muscles = list(robot.muscles)
-    for k in {k for k, _ in points}:
-        via = list(muscles[k].via_points)
-        for i, (x, y, z) in ((i, at) for (of, i), at in points.items() if of == k):
-            via[i] = replace(via[i], position=(x, y, z))
-        muscles[k] = replace(muscles[k], via_points=tuple(via))
-    for k, stiffness in stiff.items():
-        model = muscles[k].model
-        numbers = dict(law_parameters(model)) | {"stiffness": stiffness}
-        model = replace(model, parameters=tuple(numbers.items()))
-        muscles[k] = replace(muscles[k], model=model)
-    for k, mu in rough.items():
-        muscles[k] = replace(muscles[k], friction=mu)
-    moved = tuple(
-        replace(
-            joint,
-            coordinates=tuple(
-                _change_coordinate(c, joints.get(c.name, {})) for c in joint.coordinates
-            ),
-        )
+            muscles[k] = replace(muscles[k], friction=value)
+    for k, numbers_changed in inertias.items():
+        inertia = inertia_of(thicken(links[k].inertia) + numbers_changed)
+        links[k] = replace(links[k], inertia=inertia)
+    by_name = {c.name: c for c in coordinates}
+    joints = (
+        replace(joint, coordinates=tuple(by_name.get(c.name, c) for c in joint.coordinates))
         for joint in robot.joints
     )
-    changed = replace(robot, links=tuple(links), joints=moved)
+    changed = replace(robot, links=tuple(links), joints=tuple(joints))
     return changed.with_muscles(muscles) if robot.cable_set else changed
 
 
-def _change_coordinate(c: Coordinate, values: Mapping[str, float]) -> Coordinate:
-    return replace(
-        c,
-        damping=values.get("damping", c.damping),
-        friction=values.get("friction", c.friction),
-        armature=values.get("armature", c.armature),
-    )
+def _with_moved_point(muscle: Muscle, point: int, axis: int, change: float) -> Muscle:
+    """Return a muscle whose via point is moved along an axis of its link."""
+    via = list(muscle.via_points)
+    x, y, z = (p + change * (a == axis) for a, p in enumerate(via[point].position))
+    via[point] = replace(via[point], position=(x, y, z))
+    return replace(muscle, via_points=tuple(via))

@@ -11,7 +11,7 @@ fixed theta, the start state of each window is fitted separately by the same met
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,7 +32,6 @@ from .window_starts import (
     eliminate,
     fit_start,
     normalise,
-    project_out_start,
 )
 
 MAX_STEP = 1e-3
@@ -53,16 +52,12 @@ class Linearisation:
         information: Information matrix H of theta in units of the prior, with eliminated start
             states, shape (P, P).
         gradient: Gradient, shape (P,).
-        start_changes: Changes of the start states for fixed theta, shape (2 n,) each.
-        start_slopes: Derivatives of the start states by theta, shape (2 n, P) each.
-        start_solvers: See `ReducedWindow`.
+        windows: The windows. Their columns are the parameters with effect.
     """
 
     information: FloatArray
     gradient: FloatArray
-    start_changes: list[FloatArray]
-    start_slopes: list[FloatArray]
-    start_solvers: list[FloatArray]
+    windows: list[ReducedWindow]
 
 
 class CalibrationProblem:
@@ -155,11 +150,10 @@ class CalibrationProblem:
 
             return fit_start(roll, at[0], self._noise, at[1])
 
-        fitted, places = [], list(zip(begin, near, strict=True))
-        for one in self._rolls.map_windows(fit_window, z, windows, places):
-            if one is None:
-                return None
-            fitted.append(one)
+        places = list(zip(begin, near, strict=True))
+        fitted = self._rolls.map_windows(fit_window, z, windows, places)
+        if fitted is None:
+            return None
         return FittedWindows(
             sum(one.cost for one in fitted),
             [one.starts[0] for one in fitted],
@@ -170,19 +164,34 @@ class CalibrationProblem:
         self, z: FloatArray, windows: Sequence[Window], starts: Sequence[FloatArray]
     ) -> Linearisation | None:
         """Return the linearisation of windows at z, or None if a window diverges."""
-        P, acts = len(z), self._acts
-        H, g = np.zeros((len(acts), len(acts))), np.zeros(len(acts))
-        changes, slopes, solvers = [], [], []
-        for one in self._reduced_windows(z, windows, starts):
-            if one is None:
-                return None
-            H += one.information
-            g += one.gradient
-            changes.append(one.start_change)
-            slopes.append(_scatter(one.start_slope, acts, P))
-            solvers.append(one.start_solver)
-        H = _scatter(_scatter(H, acts, P).T, acts, P)
-        return Linearisation(H, _scatter(g[None], acts, P)[0], changes, slopes, solvers)
+        reduced = self._reduced_windows(z, windows, starts)
+        if reduced is None:
+            return None
+        g = np.zeros(len(z))
+        g[self._acts] = sum(window.jacobian.T @ window.residuals for window in reduced)
+        return Linearisation(self._total_information(reduced), g, reduced)
+
+    def moved_starts(
+        self,
+        starts: Sequence[FloatArray],
+        reduced: Sequence[ReducedWindow],
+        step: FloatArray,
+        *,
+        fixed: float = 1.0,
+    ) -> list[FloatArray]:
+        """Predict the start states after a step of z.
+
+        Args:
+            starts: Start states before the step, shape (2 n,) each.
+            reduced: Linearisation of the windows.
+            step: Change of z, shape (P,).
+            fixed: Share of the changes of the start states for fixed z.
+        """
+        step = step[self._acts]
+        return [
+            start + fixed * window.start_change + window.start_slope @ step
+            for start, window in zip(starts, reduced, strict=True)
+        ]
 
     def second_order_terms(
         self,
@@ -203,67 +212,53 @@ class CalibrationProblem:
             (S, P), with residuals r and their derivatives J after elimination of start states.
             None if a window diverges.
         """
-        P, acts, size = len(z), self._acts, 2 * len(self.robot.coordinates)
-        self._rolls.differentiate_at(z)
-
-        def linearise_window(
-            roller: Sensitivity, window: Window, start: FloatArray
-        ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-            residuals = self._rolls.residuals(roller, window, start, z, acts)
-            if residuals is None:
-                return None
-            return normalise(residuals[0], self._noise), *project_out_start(
-                residuals, size, self._noise
-            )
-
-        about = []
-        for one in self._rolls.map_windows(linearise_window, z, windows, starts):
-            if one is None:
-                return None
-            about.append(one)
-        H = np.zeros((len(acts), len(acts)))
-        for _, B, _ in about:
-            H += B.T @ B
-        terms = np.zeros((len(changes), P))
-        for change, row in zip(changes, terms, strict=True):
-            for way in (1.0, -1.0):
-                changed = z + way * change
-
-                def roll(
-                    roller: Sensitivity,
-                    window: Window,
-                    start: FloatArray,
-                    changed: FloatArray = changed,
-                ) -> FloatArray | None:
-                    residuals = self._rolls.residuals(roller, window, start, changed, None)
-                    return None if residuals is None else normalise(residuals[0], self._noise)
-
-                moved = [
-                    start + way * slope @ change[acts]
-                    for start, (_, _, slope) in zip(starts, about, strict=True)
-                ]
-                rolled = self._rolls.map_windows(roll, changed, windows, moved)
-                for r, (r0, B, _) in zip(rolled, about, strict=True):
-                    if r is None:
-                        return None
-                    row[acts] += B.T @ (r - r0)
-        return _scatter(_scatter(H, acts, P).T, acts, P), terms
+        reduced = self._reduced_windows(z, windows, starts)
+        if reduced is None:
+            return None
+        terms = np.zeros(changes.shape)
+        for row, change in zip(terms, changes, strict=True):
+            for step in (change, -change):
+                moved = self.moved_starts(starts, reduced, step, fixed=0.0)
+                rolled = self._residuals(z + step, windows, moved)
+                if rolled is None:
+                    return None
+                row[self._acts] += sum(
+                    window.jacobian.T @ (r - window.residuals)
+                    for window, r in zip(reduced, rolled, strict=True)
+                )
+        return self._total_information(reduced), terms
 
     def window_information(
         self, windows: Sequence[Window], starts: Sequence[FloatArray]
     ) -> list[FloatArray] | None:
         """Return H of each window at z = 0, shape (P, P) each, or None if a window diverges."""
-        matrices, P, acts = [], len(self.parameters), self._acts
-        for window in self._reduced_windows(np.zeros(P), windows, starts):
-            if window is None:
-                return None
-            matrices.append(_scatter(_scatter(window.information, acts, P).T, acts, P))
-        return matrices
+        reduced = self._reduced_windows(np.zeros(len(self.parameters)), windows, starts)
+        if reduced is None:
+            return None
+        return [self._total_information([window]) for window in reduced]
+
+    def _total_information(self, reduced: Sequence[ReducedWindow]) -> FloatArray:
+        """Return the sum of H over windows, with zeros for excluded parameters, shape (P, P)."""
+        H = np.zeros((len(self.parameters), len(self.parameters)))
+        for window in reduced:
+            H[np.ix_(self._acts, self._acts)] += window.information
+        return H
+
+    def _residuals(
+        self, z: FloatArray, windows: Sequence[Window], starts: Sequence[FloatArray]
+    ) -> list[FloatArray] | None:
+        """Return the normalised residuals of windows, or None if a window diverges."""
+
+        def roll(roller: Sensitivity, window: Window, start: FloatArray) -> FloatArray | None:
+            residuals = self._rolls.residuals(roller, window, start, z, None)
+            return None if residuals is None else normalise(residuals[0], self._noise)
+
+        return self._rolls.map_windows(roll, z, windows, starts)
 
     def _reduced_windows(
         self, z: FloatArray, windows: Sequence[Window], starts: Sequence[FloatArray]
-    ) -> Iterator[ReducedWindow | None]:
-        """Return each window with eliminated start state, or None if a window diverges."""
+    ) -> list[ReducedWindow] | None:
+        """Return windows with eliminated start states, or None if a window diverges."""
         self._rolls.differentiate_at(z)
         size = 2 * len(self.robot.coordinates)
 
@@ -274,13 +269,6 @@ class CalibrationProblem:
             return None if residuals is None else eliminate(residuals, size, self._noise)
 
         return self._rolls.map_windows(reduce_window, z, windows, starts)
-
-
-def _scatter(columns: FloatArray, acts: IntArray, count: int) -> FloatArray:
-    """Return an array with the given columns at indices `acts` and zeros elsewhere."""
-    scattered = np.zeros((len(columns), count))
-    scattered[:, acts] = columns
-    return scattered
 
 
 def _inertia_priors(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from queue import SimpleQueue
 from typing import TypeVar
@@ -87,8 +87,8 @@ class RollOuts:
         z: FloatArray,
         windows: Sequence[Window],
         items: Sequence[S],
-    ) -> Iterator[T | None]:
-        """Apply a function to each window, in parallel if useful; None if a window diverges."""
+    ) -> list[T] | None:
+        """Apply a function to windows, in parallel if useful; None if a window diverges."""
         rollers = self._rollers_at(z)
 
         def run(window: Window, item: S) -> T | None:
@@ -98,15 +98,15 @@ class RollOuts:
             finally:
                 rollers.put(roller)
 
-        if len(windows) < _MIN_PARALLEL_WINDOWS:
-            yield from map(run, windows, items)
-            return
+        found: list[T] = []
         with ThreadPoolExecutor(rollers.qsize()) as pool:
-            for one in pool.map(run, windows, items):
-                yield one
+            mapped = map if len(windows) < _MIN_PARALLEL_WINDOWS else pool.map
+            for one in mapped(run, windows, items):
                 if one is None:
                     pool.shutdown(cancel_futures=True)
-                    return
+                    return None
+                found.append(one)
+        return found
 
     def _rollers_at(self, z: FloatArray) -> SimpleQueue[Sensitivity]:
         """Create the robot with theta = z sd for each thread. A core supports only one thread."""

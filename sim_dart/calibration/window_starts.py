@@ -26,22 +26,28 @@ directions). The last directions are the start state."""
 
 
 class ReducedWindow(NamedTuple):
-    """Linearisation of a window in the parameters and its start state.
+    """Linearisation of a window after elimination of its start state.
 
     Attributes:
-        information: Information matrix H of the parameters, shape (P, P).
-        gradient: Gradient, shape (P,).
+        residuals: Normalised residuals r, shape (measurements,).
+        jacobian: Derivatives by the parameters that the start state cannot compensate,
+            (I - Q Q') B, shape (measurements, P).
         start_change: Change of the start state for fixed parameters, shape (2 n,).
         start_slope: Derivative of the start state by the parameters, shape (2 n, P).
         start_solver: Matrix from normalised residuals to the change of the start state, shape
             (2 n, measurements).
     """
 
-    information: FloatArray
-    gradient: FloatArray
+    residuals: FloatArray
+    jacobian: FloatArray
     start_change: FloatArray
     start_slope: FloatArray
     start_solver: FloatArray
+
+    @property
+    def information(self) -> FloatArray:
+        """Information matrix of the parameters, shape (P, P)."""
+        return self.jacobian.T @ self.jacobian
 
 
 @dataclass(frozen=True)
@@ -151,26 +157,8 @@ def eliminate(residuals: Residuals, size: int, noise: FloatArray) -> ReducedWind
     r, J = _normalise(*residuals, noise)
     A, B = J[:, -size:], J[:, :-size]
     Q, R = np.linalg.qr(A)
-    inverse = np.linalg.pinv(R, rcond=1e-10)
-    Qr, QB = Q.T @ r, Q.T @ B
-    H, g = B.T @ B - QB.T @ QB, B.T @ r - QB.T @ Qr
-    return ReducedWindow(H, g, -inverse @ Qr, -inverse @ QB, -inverse @ Q.T)
-
-
-def project_out_start(
-    residuals: Residuals, size: int, noise: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the part of the derivatives by parameters that the start state cannot compensate.
-
-    Returns:
-        (I - Q Q') B, shape (measurements, P), and the derivative of the start state by the
-        parameters, shape (2 n, P).
-    """
-    _, J = _normalise(*residuals, noise)
-    A, B = J[:, -size:], J[:, :-size]
-    Q, R = np.linalg.qr(A)
-    QB = Q.T @ B
-    return B - Q @ QB, -np.linalg.pinv(R, rcond=1e-10) @ QB
+    inverse, QB = np.linalg.pinv(R, rcond=1e-10), Q.T @ B
+    return ReducedWindow(r, B - Q @ QB, -inverse @ (Q.T @ r), -inverse @ QB, -inverse @ Q.T)
 
 
 def normalise(residuals: FloatArray, noise: FloatArray) -> FloatArray:
