@@ -1,9 +1,8 @@
-"""Mechanism and integrators in the C core."""
+"""Mechanism in the C core."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 
@@ -11,9 +10,10 @@ from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.close_loops import closed_pose, closed_rates
 from sim_dart.core.mass_check import require_inertia
+from sim_dart.dart.empty_world import EmptyWorld
 
-from .energy import EnergyBalance
 from .mechanism import ExternalForces, Mechanism
+from .settings import Rule
 
 
 class CoreMechanism(Mechanism):
@@ -21,15 +21,30 @@ class CoreMechanism(Mechanism):
 
     Args:
         robot: A valid robot without features that the core does not support.
+        step: Length of a step, in [s].
+        substeps: Number of substeps per step. Only commands and loads are constant over them.
+        rule: `euler` (semi-implicit Euler) or `rk4` (Runge-Kutta of fourth order).
         wrenched: Names of the links on which external wrenches act.
+        energy: Whether to sum up the work done on the robot.
 
     Raises:
         InputError: Its mass matrix is singular.
         UnknownNameError: A link does not exist.
     """
 
-    def __init__(self, robot: Robot, *, wrenched: Sequence[str] = ()) -> None:
-        super().__init__(robot, wrenched)
+    def __init__(
+        self,
+        robot: Robot,
+        step: float,
+        substeps: int,
+        rule: Rule,
+        wrenched: Sequence[str],
+        *,
+        energy: bool,
+    ) -> None:
+        super().__init__(robot, step, substeps, wrenched, energy=energy)
+        self.world = EmptyWorld()
+        self._advance = self.core.step if rule == "euler" else self.core.runge_kutta
         n = len(robot.coordinates)
         self._M = self.core.array("mass_matrix", n, n)
         self._core_q, self._core_qd = self.core.array("q", n), self.core.array("qd", n)
@@ -55,8 +70,20 @@ class CoreMechanism(Mechanism):
         """
         return closed_pose(self.robot, self.core, q), closed_rates(self.core, qd)
 
-    def set_external(self, external: ExternalForces | None) -> bytes | None:
-        """Set the loads and wrenches of the next steps, and return the torques for the core."""
+    def step(self, commands: FloatArray, external: ExternalForces | None) -> None:
+        """Advance the robot by one step, which the core computes in a single call."""
+        torques = self._set_external(external)
+        answer = self._advance(
+            self._handle, commands.tobytes(), torques, self._substep, self._substeps
+        )
+        if answer:
+            self._raise_step_error(answer, commands)
+        if self.work is not None:
+            self.work += self._work_of_step
+        self.q, self.qd = self._core_q.copy(), self._core_qd.copy()
+
+    def _set_external(self, external: ExternalForces | None) -> bytes | None:
+        """Set the loads and wrenches of the next step, and return the torques for the core."""
         if self._is_loaded:
             self._external[:] = 0.0
             self._is_loaded = False
@@ -68,58 +95,10 @@ class CoreMechanism(Mechanism):
                 self._is_loaded = True
         return external.torques.tobytes()
 
-    def read_state(self) -> None:
-        """Copy q and qd from the core after a step."""
-        self.q, self.qd = self._core_q.copy(), self._core_qd.copy()
-
-    def raise_step_error(self, answer: int, commands: FloatArray) -> None:
-        """Raise the error for a nonzero return value of a step.
-
-        Raises:
-            DivergedError: The state is no longer finite.
-            InputError: A command is not finite.
-        """
+    def _raise_step_error(self, answer: int, commands: FloatArray) -> None:
+        """Raise the error for a nonzero return value of a step."""
         if answer < 0:
             self.raise_command_error(-answer - 1, commands)
         if answer <= len(self._core_q):
             self.raise_state_error(answer - 1, self._core_q, self._core_qd)
         self.check_muscles()
-
-
-class CoreSteps:
-    """Integrator in the C core, which computes a step in a single call.
-
-    Args:
-        mechanism: The mechanism to integrate.
-        rule: `euler` (semi-implicit Euler) or `rk4` (Runge-Kutta of fourth order).
-        step: Length of a step h, in [s].
-        substeps: Number of substeps per step. Only commands and loads are constant over them.
-        balance: Energy balance to which the work is added, or None.
-    """
-
-    def __init__(
-        self,
-        mechanism: CoreMechanism,
-        rule: Literal["euler", "rk4"],
-        step: float,
-        substeps: int,
-        balance: EnergyBalance | None,
-    ) -> None:
-        core = mechanism.core
-        self._mechanism, self._balance = mechanism, balance
-        self._advance = core.step if rule == "euler" else core.runge_kutta
-        self._handle, self._step, self._substeps = core.handle, step / substeps, substeps
-        self._work = core.array("work", 4)
-
-    def step(self, commands: FloatArray, external: ExternalForces | None) -> None:
-        """See `integrators.Integrator.step`."""
-        mechanism = self._mechanism
-        torques = mechanism.set_external(external)
-        answer = self._advance(
-            self._handle, commands.tobytes(), torques, self._step, self._substeps
-        )
-        if answer:
-            mechanism.raise_step_error(answer, commands)
-        if self._balance is not None:
-            self._balance.work += self._work
-        mechanism.read_state()

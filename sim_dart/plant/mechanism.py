@@ -1,4 +1,4 @@
-"""Base class of mechanisms: the state of a robot that an integrator advances."""
+"""Base class of mechanisms: the state of a robot, and the steps that advance it."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from sim_dart.core.blob import compile_blob, fixed_energy
 from sim_dart.core.library import Core
 from sim_dart.core.tasks import point_rows
 from sim_dart.core.wrench_points import wrench_points
+from sim_dart.dart.empty_world import EmptyWorld
+from sim_dart.dart.world import World
 from sim_dart.muscles.friction import has_cable_friction
 from sim_dart.muscles.laws import MuscleLaws
 
@@ -54,7 +56,10 @@ class Mechanism(ABC):
 
     Args:
         robot: A valid robot.
+        step: Length of a step, in [s].
+        substeps: Number of integrator steps per step, with constant commands.
         wrenched: Names of the links on which external wrenches act.
+        energy: Whether to sum up the work done on the robot.
 
     Raises:
         UnknownNameError: A link does not exist.
@@ -64,6 +69,9 @@ class Mechanism(ABC):
         laws: The muscle laws, or None if all muscles are ideal cables without friction. The
             commands of such cables are their tensions.
         q, qd: Joint positions and velocities, shape (n,).
+        world: The world with objects and contacts.
+        work: Work of muscles, external forces, damping and cable friction, shape (4,), in [J], or
+            None.
         lengths, jacobian: l and L at q, as views.
         load_size: Number of values of the loads, three per position task frame.
         wrench_size: Number of values of the wrenches, six per link.
@@ -71,8 +79,11 @@ class Mechanism(ABC):
 
     q: FloatArray
     qd: FloatArray
+    world: World | EmptyWorld
 
-    def __init__(self, robot: Robot, wrenched: Sequence[str]) -> None:
+    def __init__(
+        self, robot: Robot, step: float, substeps: int, wrenched: Sequence[str], *, energy: bool
+    ) -> None:
         n, m = len(robot.coordinates), len(robot.muscles)
         self.robot = robot
         self.core = Core(compile_blob(robot))
@@ -86,6 +97,9 @@ class Mechanism(ABC):
         self.load_size = len(point_rows(robot))
         self.wrench_size = 6 * len(wrenched)
         self._wrench_points = wrench_points(robot, wrenched)
+        self.work = np.zeros(4) if energy else None
+        self._substep, self._substeps = step / substeps, substeps
+        self._work_of_step = self.core.array("work", 4)
         self._handle = self.core.handle
         self._move = self.core.move_checked
         self._fixed_energy = fixed_energy(robot)
@@ -98,6 +112,19 @@ class Mechanism(ABC):
 
         Raises:
             DivergedError: The state is not finite or out of bounds. The mechanism is unchanged.
+        """
+
+    @abstractmethod
+    def step(self, commands: FloatArray, external: ExternalForces | None) -> None:
+        """Advance the robot by one step with constant commands and external forces.
+
+        Args:
+            commands: Muscle commands, shape (m,).
+            external: External forces, or None.
+
+        Raises:
+            InputError: A command is not finite.
+            DivergedError: The state is no longer finite.
         """
 
     def energies(self) -> tuple[float, float]:

@@ -2,9 +2,8 @@
 
 The plant integrates M(q) qdd + C + G + D qd = -L(q)'f + A tau + J_p(q)'w. The muscle laws compute
 the tensions f from commands, path lengths, path velocities and muscle states. The integrator is
-semi-implicit Euler, or Runge-Kutta of fourth order in the core; see `integrators`. L, J_p and f are
-evaluated in every step. Joint limits are inelastic stops. The core satisfies the constraints of
-loop joints exactly.
+semi-implicit Euler, or Runge-Kutta of fourth order in the core. L, J_p and f are evaluated in every
+step. Joint limits are inelastic stops. The core satisfies the constraints of loop joints exactly.
 """
 
 from __future__ import annotations
@@ -19,14 +18,11 @@ from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.checks.check import require_valid
 from sim_dart.core.arrays import FloatArray, finite, vector
 from sim_dart.core.tasks import task_rows
-from sim_dart.dart.empty_world import EmptyWorld
-from sim_dart.dart.world import World
 from sim_dart.scene import Scene
 
-from .core_mechanism import CoreMechanism, CoreSteps
+from .core_mechanism import CoreMechanism
 from .dart_mechanism import DartMechanism
-from .energy import Energy, EnergyBalance
-from .integrators import Integrator, SemiImplicitEuler
+from .energy import Energy
 from .mechanism import DivergedError, ExternalForces, Mechanism, Momentum
 from .settings import (
     Engine,
@@ -54,7 +50,7 @@ class Plant:
         engine: `core` for the C core, which does not support contacts; `dart` for DART; `auto` for
             the core if possible, otherwise DART. Both engines compute the same motion up to
             rounding, except if the stop of one joint drives another joint to its limit; see
-            `integrators`. The core is faster.
+            `dart_mechanism`. The core is faster.
 
     Raises:
         RobotError: The robot is not valid.
@@ -97,33 +93,23 @@ class Plant:
         self._step = float(step)
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
         self._actuated = [k for k, c in enumerate(robot.coordinates) if c.actuated]
-        self._balance = EnergyBalance(robot) if energy else None
         self.engine = select_engine(engine, scene, robot)
         if integrator == "rk4":
             require_rk4_support(self.engine, scene, robot)
         self._mechanism: Mechanism
-        self._integrator: Integrator
-        self.world: World | EmptyWorld
         if self.engine == "core":
-            mechanism = CoreMechanism(robot, wrenched=wrenched)
-            self._mechanism, self.world = mechanism, EmptyWorld()
-            self._integrator = CoreSteps(mechanism, integrator, step, substeps, self._balance)
+            self._mechanism = CoreMechanism(
+                robot, step, substeps, integrator, wrenched, energy=energy
+            )
         else:
             reject_loops_in_dart(robot, scene)
-            self._build_in_dart(substeps, scene, wrenched)
+            self._mechanism = DartMechanism(robot, step, substeps, scene, wrenched, energy=energy)
+        self.world = self._mechanism.world
         self._laws = self._mechanism.laws
         self._task_rows = task_rows(robot)
         self._task_values = self._mechanism.core.array("task_values", 3 * len(robot.task_frames))
-        self._advance = self._integrator.step
+        self._advance = self._mechanism.step
         self.reset()
-
-    def _build_in_dart(self, substeps: int, scene: Scene | None, wrenched: Sequence[str]) -> None:
-        """Create the mechanism, world and integrator in DART."""
-        mechanism = DartMechanism(self.robot, separate_trees=scene is not None, wrenched=wrenched)
-        world = World(mechanism.skeleton, self.robot, self._step / substeps, scene)
-        self._mechanism, self.world = mechanism, world
-        parts = mechanism, world, self._step, substeps, self._balance
-        self._integrator = SemiImplicitEuler(*parts)
 
     @property
     def step_size(self) -> float:
@@ -191,9 +177,9 @@ class Plant:
         Raises:
             InputError: The plant was created without `energy=True`.
         """
-        if self._balance is None:
+        if self._mechanism.work is None:
             raise InputError("this plant does not record its energy; create it with energy=True")
-        return Energy(*self._mechanism.energies(), *self._balance.work.tolist())
+        return Energy(*self._mechanism.energies(), *self._mechanism.work.tolist())
 
     @property
     def momentum(self) -> Momentum:
@@ -231,8 +217,8 @@ class Plant:
         if isinstance(self._mechanism, CoreMechanism) and self.robot.loops:
             self._set_state(0, *self._mechanism.closed(positions, velocities))
         self.world.reset()
-        if self._balance is not None:
-            self._balance.work[:] = 0.0
+        if self._mechanism.work is not None:
+            self._mechanism.work[:] = 0.0
         self._commands = self._start_commands(commands)
         if self._laws is not None:
             self._laws.start(self._commands)
@@ -300,9 +286,9 @@ class Plant:
 
     def get_state(self) -> FloatArray:
         """Return the complete state: steps since the reset, q, qd, muscles, work and objects."""
-        work = () if self._balance is None else (self._balance.work,)
+        work = () if self._mechanism.work is None else self._mechanism.work
         x = self._mechanism.muscle_states
-        return np.concatenate([[self._ticks], self.q, self.qd, x, *work, self.world.get_state()])
+        return np.concatenate([[self._ticks], self.q, self.qd, x, work, self.world.get_state()])
 
     def set_state(self, state: ArrayLike) -> None:
         """Restore a state from `get_state`.
@@ -311,7 +297,7 @@ class Plant:
             InputError: A value is not finite or the shape is wrong.
         """
         n, x = self._n, self._mechanism.muscle_states
-        works = 0 if self._balance is None else self._balance.work.size
+        works = 0 if self._mechanism.work is None else self._mechanism.work.size
         ends = np.cumsum([1, n, n, x.size, works])
         values = vector("state", state, int(ends[-1]) + self.world.get_state().size)
         ticks, q, qd, states, work, objects = np.split(values, ends)
@@ -323,8 +309,8 @@ class Plant:
         self._set_state(int(ticks[0]), q, qd)
         self.world.set_state(objects)
         x[:] = states
-        if self._balance is not None:
-            self._balance.work[:] = work
+        if self._mechanism.work is not None:
+            self._mechanism.work[:] = work
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Describe a copy by arguments and state, since pointers to C cannot be copied."""
