@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import Any
 
 from ..muscles.attributes import POINTS, KeptPoint, partial_use, read_kept_point, read_list
-from ..muscles.stored import newer_record
 from ..robot.errors import InputError
 from ..robot.finding import Subject
 from ..snapshot import KEPT, PointSnapshot, PointUse
@@ -72,9 +71,6 @@ def _kept_point(
 ) -> PointSnapshot:
     found = places.find(record.use.place, record.occurrence, path)
     name = _name(record.use)
-    if record.use.extra:
-        new = newer_record(f"point {name!r}", record.use.extra, ("point", name))
-        notes.findings.append(new)
     use = replace(record.use, occurrence=found.path, place=())
     if found.lost:
         return PointSnapshot(name, found.path, record.position, entity, use, "", found.lost)

@@ -2,8 +2,8 @@
 
 Users rename components, update external references and move parts. Therefore a place lists, for
 each level from the root component to the occurrence, the persistent id of the component, the number
-of the occurrence and its token. Records of version 1 contain only the path. A place that fits no
-occurrence or several ones is an error: a point is never assigned to another occurrence.
+of the occurrence and its token. A place that fits no occurrence or several ones is an error: a
+point is never assigned to another occurrence.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from ..snapshot import COPY, Level
 from .notes import optional
 from .occurrences import Occurrences, component_id
 
-_VERSION = re.compile(r" v\d+(?=:\d+(?:\+|$))")  # external references: `arm v3:1`
 _INSTANCE = re.compile(r":(\d+)(?=\+|$)")
 
 HIDDEN = "it is suppressed or deleted, or cannot be read"
@@ -99,7 +98,7 @@ class Places:
         """Return the occurrence at a stored place.
 
         Args:
-            place: The stored place; empty in records of version 1 and for the root component.
+            place: The stored place; if empty, the stored path must be exact.
             path: Stored path, relative to the design that contains the record.
             scope: Path of this design in the open design.
             owner: Persistent id of the component that contains the point; None if the point is
@@ -107,7 +106,8 @@ class Places:
         """
         at = "+".join(part for part in (scope, path) if part)
         if not place:
-            return self._find_path(at, scope, owner)
+            is_owned = at in self._occurrences and owner in (None, self.component(at))
+            return Found(at, "" if is_owned else _absent(at))
         if owner is not None and place[-1].component != owner:
             return Found(at, copied(at))
         stored = tuple((level.component, level.instance) for level in place)
@@ -122,27 +122,6 @@ class Places:
             return Found(at, f"{listed(exact)} have the same identifiers")
         moved = self._find_token(place, scope) or self._find_moved(stored, scope)
         return Found(at, _absent(at)) if moved is None else Found(moved, is_moved=True)
-
-    def _find_path(self, at: str, scope: str, owner: str | None) -> Found:
-        """Return the occurrence of a record of version 1."""
-
-        def is_owned(path: str) -> bool:
-            return path in self._occurrences and owner in (None, self.component(path))
-
-        if is_owned(at):
-            return Found(at)
-        if at in self._occurrences:
-            return Found(at, copied(at))
-        paths = [p for p in self._below(scope) if is_owned(p)]
-        alike = [p for p in paths if _VERSION.sub("", p) == _VERSION.sub("", at)]
-        if not alike and owner is not None:
-            numbers = _INSTANCE.findall(at)
-            alike = [p for p in paths if _INSTANCE.findall(p) == numbers]
-        if len(alike) == 1:
-            return Found(alike[0], is_moved=True)
-        if alike:
-            return Found(at, f"it may belong to {listed(alike)}")
-        return Found(at, _absent(at))
 
     def _find_token(self, place: tuple[Level, ...], scope: str) -> str | None:
         """Return the occurrence that a token identifies, or a child of it."""

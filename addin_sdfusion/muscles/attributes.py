@@ -4,9 +4,7 @@ All attributes are in the group `CARDSFlow`. A construction point has the attrib
 face the attribute `wrap`. The design has the attributes `muscles`, `settings`, and `points` for
 points that cannot be stored on a construction point.
 
-Every record has the key `version`. Records without it are of version 1, which stored the link and
-the path of the occurrence of every point. Version 2 stores a link only if the user chose it, and
-the occurrence by persistent identifiers. Unknown keys of a newer version are kept.
+Records have the key `version`. A record of another version cannot be read; its text is kept.
 """
 
 from __future__ import annotations
@@ -22,7 +20,7 @@ from ..robot.json_text import json_text
 from ..robot.model.pose import Vector3
 from ..robot.records import from_plain, to_plain
 from ..settings import ExportSettings
-from ..snapshot import MuscleSnapshot, PointUse, Role, SurfaceUse, WrapUse
+from ..snapshot import MuscleSnapshot, PointUse, Role, SurfaceUse
 
 GROUP = "CARDSFlow"
 POINT = "point"
@@ -34,7 +32,7 @@ UNREAD = "_unread"
 """Suffix of the attribute with the former text of an attribute that is not a list."""
 
 VERSION = 2
-"""Version of the records that this add-in writes."""
+"""Version of the records."""
 
 Record = TypeVar("Record")
 
@@ -66,7 +64,7 @@ def point_text(point: PointUse) -> str:
 
 def wrap_text(wrap: SurfaceUse) -> str:
     """Return the text of a face's attribute."""
-    uses = [{"side": 0, "turns": 0, **_merge(to_plain(use))} for use in wrap.muscles]
+    uses = [{"side": 0, "turns": 0, **to_plain(use)} for use in wrap.muscles]
     return json_text(
         {"link": "", **_plain(wrap), "muscles": uses}, ensure_ascii=False, sort_keys=True
     )
@@ -75,69 +73,33 @@ def wrap_text(wrap: SurfaceUse) -> str:
 def muscles_text(muscles: Sequence[MuscleSnapshot], unread: Sequence[Any] = ()) -> str:
     """Return the text of the attribute of a design that lists the muscles, in order."""
     plain = [
-        _merge({"version": VERSION, **{f.name: to_plain(getattr(m, f.name)) for f in fields(m)}})
+        {"version": VERSION, **{f.name: to_plain(getattr(m, f.name)) for f in fields(m)}}
         for m in muscles
     ]
     return json_text([*plain, *unread], ensure_ascii=False)
 
 
-def settings_text(settings: ExportSettings, before: str = "{}") -> str:
-    """Return the text of the attribute of a design that stores the settings of the export.
-
-    Args:
-        before: Stored text, whose keys of a newer version are kept.
-    """
-    plain = {"version": VERSION, **to_plain(settings)}
-    try:
-        _, extra = _split(ExportSettings, json.loads(before))
-    except (InputError, ValueError, RecursionError):
-        extra = {}
-    plain = _merge({**plain, "extra": extra})
-    return json_text(plain, ensure_ascii=False, sort_keys=True)
+def settings_text(settings: ExportSettings) -> str:
+    """Return the text of the attribute of a design that stores the settings of the export."""
+    return json_text(_plain(settings), ensure_ascii=False, sort_keys=True)
 
 
 def _plain(record: Any) -> dict[str, Any]:
-    return _merge({"version": VERSION, **to_plain(record)})
-
-
-def _merge(plain: dict[str, Any]) -> dict[str, Any]:
-    """Return a record with the unknown keys of a newer version as they were read."""
-    extra = plain.pop("extra", {})
-    return {**plain, **{key: json.loads(text) for key, text in extra.items()}}
-
-
-def _split(cls: type, plain: Any) -> tuple[Any, dict[str, str]]:
-    """Return the known keys of a stored record, and the other keys as JSON texts."""
-    if not isinstance(plain, dict):
-        return plain, {}
-    version = plain.get("version", 1)
-    if type(version) is not int or version < 1:
-        raise InputError(f"must be a version of the record, not {version!r}", key="version")
-    names = {f.name for f in fields(cls)} - {"extra"}
-    if version <= VERSION:
-        return {key: item for key, item in plain.items() if key != "version"}, {}
-    extra = {key: json_text(item) for key, item in plain.items() if key not in names}
-    return {key: item for key, item in plain.items() if key in names}, extra
-
-
-def is_newer(record: PointUse | SurfaceUse | MuscleSnapshot) -> bool:
-    """Return whether a record was stored by a newer version of the add-in."""
-    return bool(record.extra)
+    return {"version": VERSION, **to_plain(record)}
 
 
 def _read(cls: type[Record], plain: Any, where: str) -> Record:
-    """Return a record from a stored one of any version."""
-    values, extra = _split(cls, plain)
-    if cls is SurfaceUse and extra and isinstance(values.get("muscles"), list):
-        uses = [_split(WrapUse, {**item, "version": VERSION + 1}) for item in values["muscles"]]
-        for _, more in uses:
-            del more["version"]
-        values = {**values, "muscles": [{**use, "extra": more} for use, more in uses]}
-    if extra:
-        values = {**values, "extra": extra}
-    elif isinstance(values, dict) and "extra" in values:
-        raise InputError("unknown key 'extra'", key=where)
-    return from_plain(cls, values, where)
+    return from_plain(cls, _without_version(plain, where), where)
+
+
+def _without_version(plain: Any, where: str) -> Any:
+    if not isinstance(plain, dict):
+        return plain
+    version = plain.get("version", VERSION)
+    if type(version) is not int or version != VERSION:
+        problem = f"has version {version!r}, this version of the add-in reads {VERSION}"
+        raise InputError(problem, key=where)
+    return {key: item for key, item in plain.items() if key != "version"}
 
 
 def read_kept_point(plain: Any, where: str) -> KeptPoint:
@@ -147,11 +109,9 @@ def read_kept_point(plain: Any, where: str) -> KeptPoint:
         InputError: The item cannot be read; the message names the key. The functions below raise
             the same error.
     """
-    if not isinstance(plain, dict) or not isinstance(plain.get("use"), dict):
-        return from_plain(KeptPoint, plain, where)
-    use = _read(PointUse, plain["use"], f"{where}.use")
-    others = {key: item for key, item in plain.items() if key != "use"}
-    return replace(from_plain(KeptPoint, {**others, "use": {"role": use.role}}, where), use=use)
+    if isinstance(plain, dict) and "use" in plain:
+        plain = {**plain, "use": _without_version(plain["use"], f"{where}.use")}
+    return from_plain(KeptPoint, plain, where)
 
 
 def read_point(text: str) -> PointUse:
@@ -170,16 +130,9 @@ def read_muscle(plain: Any, where: str) -> MuscleSnapshot:
     return replace(muscle, color=muscle.color.lower())
 
 
-def read_muscles(text: str) -> tuple[MuscleSnapshot, ...]:
-    """Return the muscles that are listed in the attribute of a design."""
-    return tuple(
-        read_muscle(plain, f"{MUSCLES}[{i}]") for i, plain in enumerate(read_list(text, MUSCLES))
-    )
-
-
 def read_settings(text: str) -> ExportSettings:
     """Return the settings of the export that are stored in the design."""
-    return from_plain(ExportSettings, _split(ExportSettings, _json(text, SETTINGS))[0], SETTINGS)
+    return _read(ExportSettings, _json(text, SETTINGS), SETTINGS)
 
 
 def partial_use(plain: Any) -> PointUse | None:

@@ -252,6 +252,5 @@ def _wraps(
             link=link,
             muscles=use.muscles,
             occurrence=use.occurrence if lost else face.occurrence,
-            extra=use.extra,
             face=face,
         )

@@ -12,7 +12,6 @@ from .attributes import (
     MUSCLES,
     POINT,
     WRAP,
-    is_newer,
     read_list,
     read_muscle,
     read_point,
@@ -64,10 +63,6 @@ def stored_muscles(
                 findings.append(_bad_muscles(error, design))
     except InputError as error:
         findings.append(_bad_muscles(error, design))
-    for muscle in filter(is_newer, muscles):
-        findings.append(
-            newer_record(f"muscle {muscle.name!r}", muscle.extra, ("muscle", muscle.name))
-        )
     return tuple(muscles)
 
 
@@ -77,16 +72,6 @@ def _bad_muscles(error: InputError, design: str) -> Finding:
         "muscles, which keeps the stored text"
     )
     return finding("error", "bad-attribute", message, "design", design)
-
-
-def newer_record(label: str, extra: Mapping[str, str], subject: tuple[str, str]) -> Finding:
-    """Return a warning about a record of a newer version."""
-    keys = ", ".join(sorted(extra.keys() - {"version"})) or "none"
-    message = (
-        f"{label} was stored by a newer version of the add-in; unknown keys are kept but not used: "
-        f"{keys}. Update the add-in"
-    )
-    return finding("warning", "newer-record", message, *subject)
 
 
 def _read_attribute(
@@ -101,13 +86,7 @@ def _read_attribute(
     if key not in attributes:
         return None
     try:
-        record = read(attributes[key])
-        extra = getattr(record, "extra", {})
-        if extra:
-            new = newer_record(text[0].removeprefix("the attribute of "), extra, subject)
-            if new not in findings:
-                findings.append(new)
-        return record
+        return read(attributes[key])
     except InputError as error:
         label, todo = text
         message = f"{label} cannot be read ({error}); {todo}"

@@ -29,9 +29,6 @@ HIDDEN_KEY = "hidden:"
 """Prefix of the entities of points whose component has no occurrence. They are lost; their position
 is in the frame of their part."""
 
-Extra = Mapping[str, str]
-"""Unknown keys of a record of a newer version, as JSON texts. They are stored again unchanged."""
-
 
 @dataclass(frozen=True, slots=True)
 class Level:
@@ -59,7 +56,6 @@ class MuscleSnapshot:
         f_max: Maximum force, in [N]; infinite if unknown.
         model: Muscle law, which relates force, length and stiffness.
         parameters: Parameters of the muscle law by name, in SI units.
-        extra: Unknown keys of a newer version of the add-in, as JSON texts.
     """
 
     name: str
@@ -68,7 +64,6 @@ class MuscleSnapshot:
     f_max: float = F_MAX
     model: CableKind = "ideal"
     parameters: Mapping[str, float] = field(default_factory=dict)
-    extra: Extra = field(default_factory=dict, hash=False)
 
     @property
     def cable_model(self) -> CableModel:
@@ -93,7 +88,6 @@ class PointUse:
         original: Name that the user gave to a point that the add-in did not create.
         place: The occurrence by persistent identifiers, in the attributes of a design only;
             `occurrence` is used if it is empty.
-        extra: Unknown keys of a newer version of the add-in, as JSON texts.
     """
 
     role: Role
@@ -106,7 +100,6 @@ class PointUse:
     made: bool = False
     original: str = ""
     place: tuple[Level, ...] = ()
-    extra: Extra = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +113,6 @@ class WrapUse:
         turns: Number of full turns about the axis.
         inside: Whether the muscle passes through the inside of the surface; `side` and `turns`
             are then not used.
-        extra: Unknown keys of a newer version of the add-in, as JSON texts.
     """
 
     muscle: str
@@ -128,7 +120,6 @@ class WrapUse:
     side: Literal[-1, 0, 1] = 0
     turns: int = 0
     inside: bool = False
-    extra: Extra = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +134,6 @@ class SurfaceUse:
         occurrence: Path of the occurrence that the face belongs to, if its component has several.
         place: The occurrence by persistent identifiers, in the attributes of a design only;
             `occurrence` is used if it is empty.
-        extra: Unknown keys of a newer version of the add-in, as JSON texts.
     """
 
     name: str
@@ -151,7 +141,6 @@ class SurfaceUse:
     muscles: tuple[WrapUse, ...] = ()
     occurrence: str = ""
     place: tuple[Level, ...] = ()
-    extra: Extra = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, slots=True)

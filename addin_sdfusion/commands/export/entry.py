@@ -85,7 +85,7 @@ class Export(Window):
     def execute(self) -> None:
         """Store the settings in the design and export; if this fails, the folder is unchanged."""
         attribute = self.design.attributes.itemByName(GROUP, SETTINGS)
-        text = settings_text(self.settings, attribute.value if attribute else "{}")
+        text = settings_text(self.settings)
         if attribute is None or attribute.value != text:
             self.design.attributes.add(GROUP, SETTINGS, text)
         warnings = [finding.message for finding in self.findings if not finding.is_error]

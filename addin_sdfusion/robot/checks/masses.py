@@ -21,7 +21,7 @@ from ..model.rotations import (
     rotation,
     subtract,
 )
-from .numbers import joint_numbers, link_numbers
+from .numbers import floats, joint_numbers
 
 MINOR_TOLERANCE = 1e-9
 """Tolerance for negative minors, relative to the largest entry of the matrix."""
@@ -32,7 +32,7 @@ ZERO_INERTIA = 1e-15
 def inertias(robot: Robot) -> Iterator[Finding]:
     """Check that masses are not negative and inertia matrices are physically possible."""
     for link in robot.links:
-        if not finite(link_numbers(link)):
+        if not finite(floats(link.inertia)):
             continue
         subject = Subject("link", link.name)
         if link.inertia.mass < 0.0:
@@ -50,7 +50,9 @@ def inertias(robot: Robot) -> Iterator[Finding]:
 
 def moving_bodies(robot: Robot) -> Iterator[Finding]:
     """Check that every last moving body has inertia about, or mass along, its joint axis."""
-    if robot.joints and all(not any(_own_inertia(link)) for link in robot.links):
+    if robot.joints and all(
+        not link.inertia.mass and not any(floats(link.inertia.matrix)) for link in robot.links
+    ):
         problem = (
             "no link has a mass; muscle lengths and moment arms are available, but the robot "
             "cannot be simulated"
@@ -66,7 +68,7 @@ def moving_bodies(robot: Robot) -> Iterator[Finding]:
         if body is None or not all(name in links for name in body):
             continue
         parts = [(links[name], pose) for name, pose in body.items()]
-        if not all(finite(link_numbers(link)) for link, _ in parts):
+        if not all(finite(floats(link.inertia)) for link, _ in parts):
             continue
         subject = Subject("link", joint.child)
         if not joint.is_plain or any(c.armature for c in joint.coordinates):
@@ -81,11 +83,6 @@ def moving_bodies(robot: Robot) -> Iterator[Finding]:
                 "or an inertia about it"
             )
             yield error(subject, "no-inertia-about-axis", problem)
-
-
-def _own_inertia(link: Link) -> tuple[float, ...]:
-    of = link.inertia
-    return of.mass, of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz
 
 
 def inertia_about_axis(robot: Robot) -> Iterator[Finding]:
@@ -137,7 +134,7 @@ def density_matrix(inertia: Matrix3) -> Matrix3:
 
 
 def _usable(joint: Joint, link: Link) -> bool:
-    return finite(link_numbers(link)) and finite(joint_numbers(joint))
+    return finite(floats(link.inertia)) and finite(joint_numbers(joint))
 
 
 def _body(joint: Joint, carried: dict[str, list[Joint]]) -> dict[str, Pose] | None:

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from addin_sdfusion.muscles.attributes import (
     muscles_text,
     point_text,
-    read_muscles,
     read_point,
     read_settings,
     read_wrap,
@@ -162,15 +161,20 @@ def test_a_broken_list_of_muscles_is_a_finding(text: str) -> None:
     assert codes(findings) == ["bad-attribute"]
 
 
+def stored(text: str) -> tuple[MuscleSnapshot, ...]:
+    findings: list[Finding] = []
+    muscles = stored_muscles({"muscles": text}, "robot", findings)
+    assert not findings
+    return muscles
+
+
 def test_the_list_of_muscles_defines_order_and_forces() -> None:
     rows = (MuscleSnapshot("z", f_max=math.inf), MuscleSnapshot("a", "#00ff00", 1.0, 2.0))
     attribute = PointUse("via", "arm", "m", 0)
-    table, findings = read_table(
-        design(point("p", attribute), muscles=read_muscles(muscles_text(rows)))
-    )
+    table, findings = read_table(design(point("p", attribute), muscles=stored(muscles_text(rows))))
     assert table.rows[:2] == rows
     assert table.rows[2].name == "m"
-    table, findings = read_table(design(muscles=read_muscles(muscles_text(rows)) * 2))
+    table, findings = read_table(design(muscles=stored(muscles_text(rows)) * 2))
     assert table.rows == rows
     assert codes(findings) == ["duplicate-muscle"] * 2
 
@@ -209,7 +213,7 @@ def test_attributes_are_read_back_unchanged() -> None:
     wrap = SurfaceUse("w", "a", (WrapUse("m", 1, -1, 2), WrapUse("n", 0)), "a:1")
     assert read_wrap(wrap_text(wrap)) == wrap
     rows = (MuscleSnapshot("ü", "#ff0000", 1.0, math.inf, "linear_spring", {"K": 1e-9}),)
-    assert read_muscles(muscles_text(rows)) == rows
+    assert stored(muscles_text(rows)) == rows
     settings = ExportSettings("n", cut_joints=("a", "b"), up_axis="y")
     assert read_settings(settings_text(settings)) == settings
     with pytest.raises(InputError):

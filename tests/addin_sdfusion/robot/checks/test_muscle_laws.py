@@ -10,9 +10,10 @@ import pytest
 from support.robots.muscle_bench import BROKEN_RULES, HILL, SOUND, slider, values_outside_bounds
 from support.robots.one_link import cable, one_link
 
-from addin_sdfusion.muscles.attributes import muscles_text, read_muscles
+from addin_sdfusion.muscles.attributes import muscles_text
 from addin_sdfusion.muscles.csv_reader import read_csv
 from addin_sdfusion.muscles.csv_writer import csv_text
+from addin_sdfusion.muscles.stored import stored_muscles
 from addin_sdfusion.muscles.table import MuscleTable
 from addin_sdfusion.robot import (
     CableModel,
@@ -152,7 +153,8 @@ def test_files_restore_all_laws_exactly(kind, tmp_path):
 @pytest.mark.parametrize("kind", SOUND)
 def test_design_table_restores_all_laws(kind):
     rows = (MuscleSnapshot("m", "#112233", 1.0, 20.0, kind, SOUND[kind]),)
-    assert read_muscles(muscles_text(rows)) == rows
+    findings: list = []
+    assert stored_muscles({"muscles": muscles_text(rows)}, "robot", findings) == rows
     table, findings = read_csv(csv_text(MuscleTable(rows)).encode())
     assert not findings
     assert table.rows == rows
