@@ -1,14 +1,14 @@
 """Compiles the C libraries when the package is built; also a script for the sanitized build.
 
-Before that it makes headers of the tables of muscle laws and control laws, in folders `generated`.
+First it generates headers from the tables of muscle laws and control laws, in folders `generated`.
 
-The system's C compiler is used if there is one (`CC`, cc, gcc, clang), else, or with
-`CC=ziglang`, the one in the `ziglang` package, which is then asked for as a build requirement.
-Nothing is linked but libc and libm, so one library serves every Python.
+The compiler is the system's (`CC`, cc, gcc, clang). If there is none, or with `CC=ziglang`, it is
+that of the package `ziglang`, which then becomes a build requirement. The libraries need only libc
+and libm, so the same files work with every Python.
 
-The library of native FMUs is compiled for other platforms too, with ziglang, if they are named:
-in a wheel by the environment variable `CARDSFLOW_PLATFORMS`, `all` or names such as
-`x86_64-linux,x86_64-windows`. The first time takes some minutes, for the platforms' C libraries.
+The environment variable `CARDSFLOW_PLATFORMS` names further platforms of a wheel, for which ziglang
+compiles the library of native FMUs: `all`, or names such as `x86_64-linux,x86_64-windows`. This
+takes some minutes the first time, since ziglang also compiles the C libraries of the platforms.
 `wasm32` is the module for browsers; in a source tree, `cardsflow play` compiles it once.
 
     python hatch_build.py                            into the source tree
@@ -44,7 +44,7 @@ ROOT = Path(__file__).parent
 
 
 def _read(path: str) -> ModuleType:
-    """A module by its file; its package itself cannot be imported yet."""
+    """Import a module from its file, since its package cannot be imported yet."""
     name = f"cardsflow_{Path(path).stem.strip('_')}"
     file = ROOT / path
     inside = [str(file.parent)] if file.name == "__init__.py" else None
@@ -52,12 +52,12 @@ def _read(path: str) -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # where its classes look for themselves
+    sys.modules[spec.name] = module  # dataclasses look up their module
     spec.loader.exec_module(module)
     return module
 
 
-_SOURCES = _read("cardsflow_fmu/runtime/sources.py")  # what the libraries are made of
+_SOURCES = _read("cardsflow_fmu/runtime/sources.py")  # the sources of the libraries
 _HEADERS = _read("sim_dart/muscles/law_headers.py")
 _JOINT_LAWS = _read("controllers/laws/joint_laws.py")
 EXAMPLES = "cardsflow_fmu/examples_data"
@@ -73,9 +73,9 @@ SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 
 def write_headers() -> list[Path]:
-    """Write what C has to know of the tables of laws into the source tree.
+    """Write the C headers with the tables of laws into the source tree; return their paths.
 
-    Those that are there already stay as they are.
+    A header whose text has not changed keeps its time.
     """
     table = _read(f"{_HEADERS.TABLE}/__init__.py")
     try:
@@ -92,7 +92,7 @@ def write_headers() -> list[Path]:
 
 
 def system_compiler() -> list[str] | None:
-    """The command of the system's C compiler, or None."""
+    """Return the command of the system's C compiler, or None."""
     chosen = os.environ.get("CC")
     if chosen:
         return None if chosen == "ziglang" else shlex.split(chosen)
@@ -102,18 +102,21 @@ def system_compiler() -> list[str] | None:
     return None
 
 
+@cache
 def compiler() -> list[str]:
-    """The command of the C compiler to use: the system's, else ziglang's."""
-    found = system_compiler()
-    if found:
-        return found
-    if importlib.util.find_spec("ziglang"):
-        return [sys.executable, "-m", "ziglang", "cc"]
+    """Return the command of the C compiler: the system's, or else ziglang's."""
+    of_system = system_compiler()
+    if of_system:
+        return of_system
+    package = importlib.util.find_spec("ziglang")
+    if package and package.origin:
+        # hundreds of calls: Python would start before each of them
+        return [str(Path(package.origin).with_name("zig")), "cc"]
     sys.exit("no C compiler: install gcc or clang, or `pip install ziglang`")
 
 
 def platform_flags(is_small: bool) -> list[str]:
-    """Flags that depend on the system."""
+    """Return the compiler flags that depend on the system."""
     if sys.platform == "win32":
         return []
     if sys.platform == "darwin":
@@ -122,7 +125,7 @@ def platform_flags(is_small: bool) -> list[str]:
 
 
 def link_flags(library: Any, is_small: bool, folder: Path) -> list[str]:
-    """Flags of the linker; `folder` takes a file that it reads."""
+    """Return the flags of the linker; `folder` is for a file that it reads."""
     if sys.platform == "win32":
         return ["-shared"]
     if sys.platform == "darwin":
@@ -171,7 +174,7 @@ def _flags(is_small: bool, extra: Sequence[str]) -> list[str]:
 
 @cache
 def _version() -> str:
-    """What the compiler says of itself."""
+    """Return the version of the compiler, as it prints it."""
     command = [*compiler(), "--version"]
     return subprocess.run(command, capture_output=True, text=True, check=False).stdout
 
@@ -198,14 +201,14 @@ def compile_wasm(output: Path) -> list[Path]:
 
 
 def compile_all_prebuilt(platforms: list[str], output: Path) -> list[Path]:
-    """The same for several, on all processors."""
+    """Compile the libraries of several platforms on all processors; return their files."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         made = pool.map(lambda platform: compile_prebuilt(platform, output), platforms)
         return [file for files in made for file in files]
 
 
 def parse_platforms(names: str) -> list[str]:
-    """Platforms by their names: `all`, or some with commas between them; none in nothing."""
+    """Return the platforms of a text: `all`, or names separated by commas; none if it is empty."""
     known = (*_SOURCES.PREBUILT_PLATFORMS, _SOURCES.WASM)
     platforms = list(known) if names == "all" else [name for name in names.split(",") if name]
     unknown = sorted(set(platforms) - set(known))
@@ -232,16 +235,17 @@ def example_files() -> dict[Path, str]:
 def _take_or_make(
     name: str, output: Path, fingerprint: str, command_for: Callable[[Path], list[str]]
 ) -> list[Path]:
-    """A compiled file below `output`, and the one next to it that says what it was made of.
+    """Compile a file below `output`, with its fingerprint in a file next to it; return both.
 
-    One that stands in the source tree already, of the same, is taken instead.
+    A file in the source tree with the same fingerprint is copied instead.
     """
-    file, known = output / name, ROOT / name
-    mark, known_mark = file.with_suffix(".sha256"), known.with_suffix(".sha256")
-    if known.is_file() and known_mark.is_file() and known_mark.read_text("utf-8") == fingerprint:
+    file, existing = output / name, ROOT / name
+    mark, existing_mark = file.with_suffix(".sha256"), existing.with_suffix(".sha256")
+    is_made = existing.is_file() and existing_mark.is_file()
+    if is_made and existing_mark.read_text("utf-8") == fingerprint:
         if output.resolve() != ROOT.resolve():
             file.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(known, file)
+            shutil.copy2(existing, file)
     else:
         mark.unlink(missing_ok=True)
         _make(file, command_for)
@@ -252,8 +256,8 @@ def _take_or_make(
 def _make(target: Path, command_for: Callable[[Path], list[str]]) -> None:
     """Run a compiler.
 
-    Its file is written aside, where linkers may leave other files too, and moved into place, so
-    that a running program keeps the file it has open.
+    It writes into a temporary folder, since linkers may write further files. The result is then
+    moved, so that a running program keeps the file that it has open.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
@@ -273,16 +277,16 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
     """Compiles the libraries: into the source tree for an editable install, else into the wheel."""
 
     def dependencies(self) -> list[str]:
-        """Ziglang, where the system has no C compiler, or for other platforms."""
+        """Require ziglang if the system has no C compiler, and for other platforms."""
         needed = not system_compiler() or os.environ.get("CARDSFLOW_PLATFORMS")
         return ["ziglang>=0.13,<1"] if needed else []
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Called by hatchling before a wheel, an editable one included, is built."""
+        """Compile the libraries; hatchling calls this before it builds any kind of wheel."""
         if self.target_name != "wheel":
             return
-        self._aside = None if version == "editable" else tempfile.mkdtemp()
-        output = Path(self._aside or ROOT)
+        self._temporary = None if version == "editable" else tempfile.mkdtemp()
+        output = Path(self._temporary or ROOT)
         platforms = parse_platforms(os.environ.get("CARDSFLOW_PLATFORMS", ""))
         headers = write_headers()
         compiled = compile_libraries(output)
@@ -298,13 +302,13 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
         build_data["tag"] = f"py3-none-{platform}"
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
-        """Called by hatchling after the wheel is built."""
-        if self.target_name == "wheel" and self._aside:
-            shutil.rmtree(self._aside)
+        """Remove temporary files; hatchling calls this after it has built a wheel."""
+        if self.target_name == "wheel" and self._temporary:
+            shutil.rmtree(self._temporary)
 
 
 def main() -> None:
-    """Command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description="compile the C libraries")
     parser.add_argument("--output", type=Path, default=ROOT, help="folder to build below")
     parser.add_argument(

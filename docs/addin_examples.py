@@ -1,4 +1,4 @@
-"""What the dialogs of the add-in show on the page that `make_addin_page.py` makes."""
+"""Example contents of the add-in's dialogs, which `make_addin_page.py` draws."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from addin_sdfusion.commands.export.dialog import AS_ALL, FOUND, LINKS
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """What a dialog may show, for the page in the docs.
+    """Example contents of a dialog.
 
     Attributes:
-        values: What inputs hold, by id.
-        cells: The rows of tables, by id.
-        choices: Which columns of a table are drop-downs, by id.
-        selected: Which row is selected, by id of a table.
+        values: Values of inputs, by id.
+        cells: Rows of tables, by id.
+        choices: Whether each column of a table is a drop-down, by id.
+        selected: Index of the selected row of a table, by id.
         hidden: Ids of inputs that are not shown.
-        icons: Of tables by id: icons in place of texts, by folder below `commands`.
+        icons: Icons that replace texts in tables, by id, as folders below `commands`.
     """
 
     values: Mapping[str, str | float | bool] = field(default_factory=dict)

@@ -44,10 +44,10 @@ napoleon_attr_annotations = False  # a type such as `str_` would be taken for a 
 
 
 def whole_page(app: Sphinx, name: str, source: list[str]) -> None:
-    """What a page needs here and not on GitHub.
+    """Change a page where Sphinx needs another text than GitHub.
 
-    The index gets a table of contents of the pages that it links to, in its order; the page of
-    names all public ones; and files of the repository that are no pages are taken along.
+    The index gets a table of contents with the pages that it links to, and the page of names gets
+    all public names. Links to files outside `docs` are marked, so that the files are copied.
     """
     text = source[0]
     if name == "index":
@@ -67,7 +67,7 @@ def link_out_of_docs(page: str, match: re.Match[str]) -> str:
 
 
 def public_names(match: re.Match[str]) -> str:
-    """Directives for all classes and functions of a package."""
+    """Return the directives for all classes and functions of a package."""
     package = match[1]
     module = importlib.import_module(package)
     lines = []
@@ -91,7 +91,7 @@ def plain_docstring(
 
 
 def mathml(translator: Any, node: nodes.Element) -> None:
-    """A formula as MathML."""
+    """Return a formula as MathML."""
     is_block = isinstance(node, nodes.math_block)
     display = "block" if is_block else "inline"
     formula = latex2mathml.converter.convert(node.astext(), display=display)
@@ -100,7 +100,7 @@ def mathml(translator: Any, node: nodes.Element) -> None:
 
 
 def setup(app: Sphinx) -> None:
-    """Called by Sphinx."""
+    """Connect the functions above to the events of Sphinx."""
     app.connect("source-read", whole_page)
     app.connect("autodoc-process-docstring", plain_docstring, priority=100)
     app.add_html_math_renderer("mathml", (mathml, None), (mathml, None))

@@ -29,11 +29,11 @@ RED, BLUE, GREY, WHITE, GREEN, AMBER = (
     (46, 140, 70),
     (226, 152, 20),
 )
-"""Red, blue and grey are seen on the light and on the dark toolbar alike."""
+"""Red, blue and grey, which are visible on light and dark toolbars."""
 
 
 def line(*points: tuple[float, float], width: float) -> Callable[[float, float], bool]:
-    """A line with round ends; the icon reaches from 0 to 1, y downwards."""
+    """Return the shape of a line with round ends; coordinates are 0 to 1, y downwards."""
 
     def inside(x: float, y: float) -> bool:
         return any(distance(x, y, a, b) <= width / 2 for a, b in pairwise(points))
@@ -42,7 +42,7 @@ def line(*points: tuple[float, float], width: float) -> Callable[[float, float],
 
 
 def distance(x: float, y: float, a: tuple[float, float], b: tuple[float, float]) -> float:
-    """From a point to the straight line between two others."""
+    """Return the distance of a point from the line segment between two others."""
     dx, dy = b[0] - a[0], b[1] - a[1]
     t = ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy)
     t = min(max(t, 0.0), 1.0)
@@ -50,17 +50,17 @@ def distance(x: float, y: float, a: tuple[float, float], b: tuple[float, float])
 
 
 def disc(x0: float, y0: float, radius: float) -> Callable[[float, float], bool]:
-    """A filled circle."""
+    """Return the shape of a filled circle."""
     return lambda x, y: math.hypot(x - x0, y - y0) <= radius
 
 
 def box(x0: float, y0: float, x1: float, y1: float) -> Callable[[float, float], bool]:
-    """A filled rectangle."""
+    """Return the shape of a filled rectangle."""
     return lambda x, y: x0 <= x <= x1 and y0 <= y <= y1
 
 
 def triangle(*corners: tuple[float, float]) -> Callable[[float, float], bool]:
-    """A filled triangle, its corners clockwise on the screen."""
+    """Return the shape of a filled triangle with clockwise corners."""
 
     def inside(x: float, y: float) -> bool:
         ends = zip(corners, (*corners[1:], corners[0]), strict=True)
@@ -103,11 +103,11 @@ SEVERITIES: dict[str, list[Layer]] = {
         (WHITE, disc(0.5, 0.77, 0.07)),
     ],
 }
-"""On the buttons of the lines of Check."""
+"""Icons of the buttons in the rows of Check."""
 
 
 def pixels(layers: list[Layer], size: int, faint: bool = False) -> bytes:
-    """An icon, row by row, each after the byte that PNG has before it."""
+    """Return the bytes of an icon: each row after the filter byte of PNG."""
     rows = bytearray()
     for row in range(size):
         rows.append(0)
@@ -117,7 +117,7 @@ def pixels(layers: list[Layer], size: int, faint: bool = False) -> bytes:
 
 
 def pixel(layers: list[Layer], x: float, y: float, width: float, faint: bool) -> bytes:
-    """Red, green, blue and opacity of a square: the mean of what its samples are covered by."""
+    """Return red, green, blue and opacity of a square as the mean over its samples."""
     sums, covered = [0, 0, 0], 0
     for i in range(SAMPLES * SAMPLES):
         u = x + width * (i % SAMPLES + 0.5) / SAMPLES
@@ -136,7 +136,7 @@ def pixel(layers: list[Layer], x: float, y: float, width: float, faint: bool) ->
 
 
 def png(data: bytes, size: int) -> bytes:
-    """A PNG file of pixels."""
+    """Return pixels as a PNG file."""
 
     def chunk(kind: bytes, content: bytes) -> bytes:
         crc = zlib.crc32(kind + content)

@@ -74,7 +74,7 @@ td.down::after { content: "\\25be"; float: right; color: #59616a; }
 
 
 def page() -> str:
-    """The page, whole: no other file is needed to look at it."""
+    """Return the page, which needs no other file."""
     parts = [_part(dialog, example) for dialog, example in DIALOGS]
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -99,7 +99,7 @@ def _part(dialog: Dialog, example: Example) -> str:
 
 
 def window(dialog: Dialog, example: Example, tab: Input | None) -> str:
-    """A dialog with an open tab."""
+    """Return the HTML of a dialog with an open tab."""
     tabs = "".join(
         f'<span class="{"open" if item is tab else ""}">{escape(item.label)}</span>'
         for item in dialog.inputs
@@ -182,7 +182,7 @@ def _table(item: Input, example: Example) -> str:
 
 
 def _cell(text: str, icons: Mapping[str, str]) -> str:
-    """A text, or its icon."""
+    """Return the HTML of a text, or of the icon that replaces it."""
     if text not in icons:
         return escape(text)
     file = ROOT / "addin_sdfusion/commands" / icons[text] / "32x32.png"

@@ -103,7 +103,7 @@ def see_edit(example: str, muscle: str) -> None:
 
 
 def see(page: Path, picture: str, fragment: str, ready: str, size: tuple[int, int] = SIZE) -> None:
-    """What a browser without a network shows of a page."""
+    """Save a picture of a page in a browser without a network."""
     with tempfile.TemporaryDirectory() as profile, opened_browser(Path(profile), size) as browser:
         browser.open(page.as_uri() + fragment, offline=True)
         browser.wait_for(ready)
@@ -112,7 +112,7 @@ def see(page: Path, picture: str, fragment: str, ready: str, size: tuple[int, in
 
 
 def save(browser: Page, file: Path) -> None:
-    """The window as a picture that is small enough for a page of words."""
+    """Save the window as a small picture."""
     data, picture = io.BytesIO(), Image.fromarray(browser.screenshot().astype("uint8"))
     picture.save(data, "PNG", optimize=True)
     if data.tell() >= MAX_BYTES:

@@ -1,4 +1,4 @@
-"""An arm that is not as its CAD says, by a seed, as a robot behind the hardware protocol.
+"""Random arm that differs from its CAD model, and the experiment of its device.
 
     python examples/unknown_arm/true_arm.py --seed 1 -o true_arm
     cardsflow device true_arm --listen udp://127.0.0.1:5005
@@ -29,7 +29,7 @@ DAMPING, FRICTION = (0.2, 0.6), (0.05, 0.2)
 
 
 def true_robot(robot: Robot, rng: np.random.Generator) -> Robot:
-    """Another arm with the names of a robot's parts."""
+    """Return a random arm with the names of a robot's parts."""
     links = [
         replace(link, inertia=_another(link.inertia, rng)) if link.inertia.mass > 0 else link
         for link in robot.links
@@ -53,7 +53,7 @@ def true_robot(robot: Robot, rng: np.random.Generator) -> Robot:
 
 
 def _another(inertia: Inertia, rng: np.random.Generator) -> Inertia:
-    """That of the same body, stretched, moved and of another density."""
+    """Return the inertia of the same body, stretched, moved and with another density."""
     P = pseudo_inertia(thicken(inertia))
     size = np.sqrt(np.trace(P[:3, :3]) / P[3, 3])
     T = np.eye(4)
@@ -66,7 +66,7 @@ def _another(inertia: Inertia, rng: np.random.Generator) -> Inertia:
 
 
 def experiment(offsets: dict[str, float], seed: int) -> str:
-    """The flower's, with this arm and its sensors."""
+    """Return the experiment of the flower with this arm and its sensors."""
     text = FLOWER.read_text(encoding="utf-8")
     for old, new in (
         ("../roboy_left_arm/robot/model.sdf", "model.sdf"),
