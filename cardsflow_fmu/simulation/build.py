@@ -19,6 +19,7 @@ from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.platforms import libraries_for
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.by_role import C_MODELS, missing_in_c, model_class, model_in_c
+from cardsflow_fmu.models.experiment_model import ExperimentModel
 from cardsflow_fmu.models.plant import ContinuousPlantModel
 from cardsflow_fmu.results.analysis.look_ahead import with_look_ahead
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
@@ -75,89 +76,55 @@ def build(
             packed, `compute` is `c` and a model has no C version, or model exchange does not
             support the plant.
     """
-    if validated(Kind, kind, "kind") == "me":
-        return _build_continuous_plant(
-            experiment, Path(folder), fmi, arrays, platforms, compute, with_results
-        )
-    experiment = with_look_ahead(experiment)
+    is_continuous = validated(Kind, kind, "kind") == "me"
     native: bool | None = validated(Compute, compute or experiment.run.compute, "compute") == "c"
-    if compute is None and native:
-        native = None
-    for fmu in experiment.fmus.values():
-        require_packable(fmu.file, experiment.roots, fmu.key)
-    with temporary_folder() as scratch:
+    if is_continuous:
+        _require_continuous(experiment, compute)
+        names, native = ["plant"], True
+    else:
+        experiment = with_look_ahead(experiment)
+        if compute is None and native:
+            native = None
+        for fmu in experiment.fmus.values():
+            require_packable(fmu.file, experiment.roots, fmu.key)
         names = [name for name in _model_names(experiment) if name in C_MODELS or not native]
+    with temporary_folder() as scratch:
         kinds = {is_native(experiment, name, native) for name in names}
         libraries: Libraries = {kind: _libraries(platforms, scratch, kind) for kind in kinds}
         if fmi == "2.0" and platforms is None:
             libraries = _fmi_2_libraries(libraries)
         files = build_fmus(
-            *(experiment, scratch, names, fmi, arrays, libraries, native), with_results=with_results
+            *(experiment, scratch, names, fmi, arrays, libraries, native),
+            with_results=with_results,
+            is_continuous=is_continuous,
         )
-        inner = files
-        if fmi != "2.0":
-            folder_2 = scratch / "inner"
-            folder_2.mkdir()
-            libraries = _fmi_2_libraries(libraries)
-            inner = build_fmus(
-                experiment,
-                folder_2,
-                names,
-                libraries=libraries,
-                native=native,
-                with_results=with_results,
-            )
-        system = _build_system(experiment, inner, scratch)
-        contents = {path.name: read_contents(path) for path in (*files.values(), system)}
+        paths = list(files.values())
+        if not is_continuous:
+            inner = files
+            if fmi != "2.0":
+                (scratch / "inner").mkdir()
+                inner = build_fmus(
+                    *(experiment, scratch / "inner", names),
+                    libraries=_fmi_2_libraries(libraries),
+                    native=native,
+                    with_results=with_results,
+                )
+            paths.append(_build_system(experiment, inner, scratch))
+        contents = {path.name: read_contents(path) for path in paths}
     with create_folder(Path(folder), "build"):
         written = write_files(folder, contents)
     return dict(zip(files, written[: len(files)], strict=True))
 
 
-def _build_continuous_plant(
-    experiment: Experiment,
-    folder: Path,
-    fmi: FmiVersion,
-    arrays: bool,
-    platforms: Sequence[str] | None,
-    compute: Compute | None,
-    with_results: bool,
-) -> dict[str, Path]:
-    """Build plant.fmu for model exchange."""
-    model, name = ContinuousPlantModel, "plant"
-    unsupported = "models in Python" if compute == "python" else model.missing(experiment)
-    if name in experiment.fmus:
-        unsupported = f"an external {name}"
+def _require_continuous(experiment: Experiment, compute: Compute | None) -> None:
+    """Check that model exchange supports the plant of an experiment."""
+    python = "models in Python" if compute == "python" else None
+    unsupported = python or ContinuousPlantModel.missing(experiment)
+    if "plant" in experiment.fmus:
+        unsupported = "an external plant"
     if unsupported is not None:
         problem = f"model exchange does not support {unsupported}; build it for co-simulation"
         raise InputError(problem, file=experiment.file)
-    with temporary_folder() as scratch:
-        libraries: Libraries = {True: _libraries(platforms, scratch, True)}
-        if fmi == "2.0" and platforms is None:
-            libraries = _fmi_2_libraries(libraries)
-        file = write_fmu(
-            scratch / f"{name}.fmu",
-            model_class=model,
-            model_name=name,
-            ports=model.table(experiment),
-            resources=experiment_resources(experiment),
-            step=experiment.run.step,
-            stop_time=experiment.run.duration,
-            fmi=fmi,
-            arrays=arrays,
-            libraries=libraries[True],
-            native=NativeModel(model.file(experiment), has_derivatives=True),
-            dependencies=model.dependencies(experiment),
-            is_continuous=True,
-            about=experiment.about.model_dump(),
-            results=reference_results(experiment, name, experiment.run.step, is_continuous=True)
-            if with_results
-            else None,
-        )
-        contents = {file.name: read_contents(file)}
-    with create_folder(folder, "build"):
-        written = write_files(folder, contents)
-    return {name: written[0]}
 
 
 def _model_names(experiment: Experiment) -> list[str]:
@@ -202,43 +169,49 @@ def build_fmus(
     native: bool | None = None,
     sources: bool = True,
     with_results: bool = False,
+    is_continuous: bool = False,
 ) -> dict[str, Path]:
-    """Build all FMUs except external ones in an existing folder; return them by model name."""
-    names = [name for name in names if name not in experiment.fmus]
-    in_c = {name: model_in_c(experiment, name, native) for name in names}
-    resources = experiment_resources(experiment)
-    period = experiment.controller.period
-    steps = {"controller": period}
-    internal = {
-        "controller": period,
-        "plant": experiment.plant.step,
-        HARDWARE: experiment.run.step,
-    }
-    return {
-        name: write_fmu(
+    """Build all FMUs except external ones in an existing folder; return them by model name.
+
+    `is_continuous` selects the plant for model exchange.
+    """
+    models: dict[str, tuple[type[ExperimentModel], NativeModel | None]] = {}
+    for name in (name for name in names if name not in experiment.fmus):
+        if is_continuous:
+            file = ContinuousPlantModel.file(experiment)
+            models[name] = ContinuousPlantModel, NativeModel(file, has_derivatives=True)
+        else:
+            models[name] = model_class(name), model_in_c(experiment, name, native)
+    resources, files = experiment_resources(experiment), {}
+    period, run = experiment.controller.period, experiment.run
+    divisors = {"controller": period, "plant": experiment.plant.step, HARDWARE: run.step}
+    for name, (model, in_c) in models.items():
+        step = period if name == "controller" else run.step
+        results = None
+        if with_results and name != HARDWARE:
+            results = reference_results(experiment, name, step, is_continuous=is_continuous)
+        files[name] = write_fmu(
             folder / f"{name}.fmu",
-            model_class=model_class(name),
+            model_class=model,
             model_name=name,
-            ports=model_class(name).table(experiment),
+            ports=model.table(experiment),
             resources=experiment_resources(experiment, with_hardware=True)
             if name == HARDWARE
             else resources,
-            step=steps.get(name, experiment.run.step),
-            stop_time=experiment.run.duration,
-            internal_step=internal.get(name),
+            step=step,
+            stop_time=run.duration,
+            internal_step=None if is_continuous else divisors.get(name),
             fmi=fmi,
             arrays=arrays,
-            libraries=(libraries or {}).get(in_c[name] is not None),
-            native=in_c[name],
-            dependencies=model_class(name).dependencies(experiment),
+            libraries=(libraries or {}).get(in_c is not None),
+            native=in_c,
+            dependencies=model.dependencies(experiment),
             sources=sources,
+            is_continuous=is_continuous,
             about=experiment.about.model_dump(),
-            results=reference_results(experiment, name, steps.get(name, experiment.run.step))
-            if with_results and name != HARDWARE
-            else None,
+            results=results,
         )
-        for name in names
-    }
+    return files
 
 
 def _build_system(experiment: Experiment, fmus: Mapping[str, Path], folder: Path) -> Path:

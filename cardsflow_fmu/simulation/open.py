@@ -20,8 +20,6 @@ from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.signals.ports import external_load_signals
 from cardsflow_fmu.cosim.signals.roles import HARDWARE
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
-from cardsflow_fmu.experiment.settings.run import TableFormat
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.by_role import model_class
@@ -36,44 +34,29 @@ from cardsflow_fmu.utils.archive import read_contents
 from cardsflow_fmu.utils.temporary import temporary_folder
 
 from .build import build_fmus
+from .open_system import OpenSystem
 from .result import Result
 
 if TYPE_CHECKING:
     from cardsflow_fmu.hardware.session.connect import Connection
 
 
-@dataclass(frozen=True)
-class OpenExperiment:
-    """Experiment with initialised participants; see `OpenSystem`.
+@dataclass(frozen=True, kw_only=True)
+class OpenExperiment(OpenSystem[Result]):
+    """Experiment with initialised participants.
 
-    The experiment includes the approach motion of hardware. `observed` is the observability of the
-    reference poses, from `analysis.observable`.
+    Attributes:
+        experiment: The experiment, with the approach motion of hardware.
+        observed: Observability of the reference poses, from `analysis.observable`.
+        findings: Findings about unlikely settings.
     """
 
     experiment: Experiment
-    loop: Master
-    contents: Contents
-    streamed: list[str]
     observed: dict[str, Any]
     findings: Sequence[Finding]
 
-    @property
-    def step(self) -> float:
-        """Communication step, in [s]."""
-        return self.experiment.run.step
-
-    @property
-    def hardware(self) -> HardwareSettings | None:
-        """Hardware of the run; None without hardware."""
-        return self.experiment.hardware if self.experiment.hardware.use else None
-
-    @property
-    def table_format(self) -> TableFormat:
-        """Format of the results table."""
-        return self.experiment.run.format
-
     def summary(self, recording: Recording, speed: Speed) -> dict[str, Any]:
-        """Return the summary of a recording, with all warnings that were known before the run."""
+        """Return the summary of a recording; see `OpenSystem.summary`."""
         summary = summarize(self.experiment, recording, speed, self.observed)
         unlikely = [finding.located for finding in self.findings]
         summary["warnings"] = [
@@ -141,7 +124,17 @@ def open_experiment(
         loop = _master(driven, participants)
         observed = {} if driven.estimator is None else observed_poses(driven)
         findings = [] if folder is None else plausibility_findings(experiment)
-        yield OpenExperiment(driven, loop, contents, streamed, observed, findings)
+        yield OpenExperiment(
+            experiment=driven,
+            loop=loop,
+            step=driven.run.step,
+            hardware=driven.hardware if driven.hardware.use else None,
+            table_format=driven.run.format,
+            contents=contents,
+            streamed=streamed,
+            observed=observed,
+            findings=findings,
+        )
 
 
 @np.errstate(over="ignore", invalid="ignore")  # as in a run

@@ -21,36 +21,27 @@ from cardsflow_fmu.cosim.wiring import members
 from cardsflow_fmu.experiment.config.multiples import require_multiple
 from cardsflow_fmu.experiment.config.table import Context, validated
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
-from cardsflow_fmu.experiment.settings.run import Accept, TableFormat
+from cardsflow_fmu.experiment.settings.run import Accept
 from cardsflow_fmu.results.engines import system_engines
-from cardsflow_fmu.results.files import EXPERIMENT, RECORDING_FILE, Contents
+from cardsflow_fmu.results.files import EXPERIMENT, RECORDING_FILE
 from cardsflow_fmu.results.summary import Speed, summarize_system
 from cardsflow_fmu.simulation.ssp.packed_experiment import system_experiment, system_hardware
 from cardsflow_fmu.simulation.ssp.reader import name_archive_in_errors, read_system, unpack_ssp
 from cardsflow_fmu.simulation.ssp.settings import SystemRunSettings
 from cardsflow_fmu.simulation.ssp.system import Component, System
 
+from .open_system import OpenSystem
 from .result import SystemResult
 
 
-@dataclass(frozen=True)
-class OpenSsp:
-    """Initialised FMUs of an .ssp file; see `OpenSystem`."""
+@dataclass(frozen=True, kw_only=True)
+class OpenSsp(OpenSystem[SystemResult]):
+    """Initialised FMUs of an .ssp file."""
 
     name: str
-    loop: Master
-    step: float
     scheme: str
     accept: Accept
     engine: Mapping[str, str]
-    hardware: HardwareSettings | None
-    contents: Contents
-    streamed: list[str]
-
-    @property
-    def table_format(self) -> TableFormat:
-        """Format of the results table."""
-        return "auto"
 
     def summary(self, recording: Recording, speed: Speed) -> dict[str, Any]:
         """Return the summary of a recording."""
@@ -112,15 +103,15 @@ def open_ssp(
                 changes={".".join(c.target): c.change for c in system.connections},
             )
             yield OpenSsp(
-                system.name,
-                loop,
-                run.step,
-                coupling.scheme,
-                run.accept,
-                system_engines(files),
-                driven,
-                {} if carried is None else {EXPERIMENT: carried},
-                streamed,
+                name=system.name,
+                loop=loop,
+                step=run.step,
+                scheme=coupling.scheme,
+                accept=run.accept,
+                engine=system_engines(files),
+                hardware=driven,
+                contents={} if carried is None else {EXPERIMENT: carried},
+                streamed=streamed,
             )
 
 

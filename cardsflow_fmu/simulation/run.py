@@ -8,16 +8,15 @@ from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.json_text import finite
-from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.pace import Pace
 from cardsflow_fmu.cosim.recording import Progress, Recording, Watch
-from cardsflow_fmu.experiment.settings.run import Compute, ModelCoupling, RunSettings, TableFormat
+from cardsflow_fmu.experiment.settings.run import Compute, ModelCoupling, RunSettings
 from cardsflow_fmu.results.estimation import updated_calibration
 from cardsflow_fmu.results.files import MCAP, NPY, Contents, metadata_files
 from cardsflow_fmu.results.folder import OutputFolder
@@ -26,14 +25,12 @@ from cardsflow_fmu.results.summary import Speed
 from cardsflow_fmu.utils.interrupts import ignore_interrupts
 from cardsflow_fmu.utils.temporary import temporary_folder
 
+from .open_system import OpenSystem, R
 from .result import Result, SystemResult
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
-    from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
     from cardsflow_fmu.fmu.description import FmiVersion
-
-R = TypeVar("R", bound=SystemResult, covariant=True)
 
 
 class RunError(SimulationError):
@@ -42,38 +39,6 @@ class RunError(SimulationError):
     def __init__(self, message: str, result: SystemResult) -> None:
         super().__init__(message)
         self.result = result
-
-
-class OpenSystem(Protocol[R]):
-    """Initialised participants: an `OpenExperiment` or an `OpenSsp`.
-
-    Attributes:
-        loop: Loop that steps the participants.
-        step: Communication step, in [s].
-        hardware: Hardware of the run; None without hardware, or if unknown.
-        table_format: Format of the results table.
-        contents: Other files of the results folder, by name; empty without a folder.
-        streamed: Names of files that participants write into the folder.
-    """
-
-    @property
-    def loop(self) -> Master: ...  # noqa: D102 - described above
-    @property
-    def step(self) -> float: ...  # noqa: D102
-    @property
-    def hardware(self) -> HardwareSettings | None: ...  # noqa: D102
-    @property
-    def table_format(self) -> TableFormat: ...  # noqa: D102
-    @property
-    def contents(self) -> Contents: ...  # noqa: D102
-    @property
-    def streamed(self) -> list[str]: ...  # noqa: D102
-
-    def summary(self, recording: Recording, speed: Speed) -> dict[str, Any]:
-        """Return the summary of a recording."""
-
-    def result(self, recording: Recording, summary: dict[str, Any]) -> R:
-        """Return the result of a recording."""
 
 
 def run(
