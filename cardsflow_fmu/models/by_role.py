@@ -43,27 +43,19 @@ def model_in_c(experiment: Experiment, model: str, native: bool | None) -> Nativ
     Raises:
         InputError: `native` is true, but the model requires Python or DART or is invalid.
     """
-    if native is False or (native is None and missing_in_c(experiment, model) is not None):
+    if native is False:
         return None
-    if native:
-        require_in_c(experiment, model, "build it without --compute c")
-    is_plant = model == "plant"
-    return NativeModel(C_MODELS[model].file(experiment), is_plant, is_plant)
-
-
-def require_in_c(experiment: Experiment, model: str, advice: str) -> None:
-    """Raise an error if a model requires Python or DART.
-
-    Raises:
-        InputError: The model requires Python or DART. The message names the requirement.
-    """
     unsupported = missing_in_c(experiment, model)
-    if unsupported is not None:
+    if native and unsupported is not None:
         raise InputError(
-            f"a native {model} does not support {unsupported}; {advice}",
+            f"a native {model} does not support {unsupported}; build it without --compute c",
             file=experiment.file,
             key="controller" if model == "controller" else None,
         )
+    if unsupported is not None:
+        return None
+    is_plant = model == "plant"
+    return NativeModel(C_MODELS[model].file(experiment), is_plant, is_plant)
 
 
 def missing_in_c(experiment: Experiment, model: str) -> str | None:

@@ -23,7 +23,7 @@ from cardsflow_fmu.cosim.signals.tracked_signals import tracked_signals
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML, experiment_settings
 from cardsflow_fmu.experiment.template import ExperimentDraft, experiment_text
-from cardsflow_fmu.models.native_loop import NativeLoop, missing_in_loop
+from cardsflow_fmu.models.native_loop import missing_in_loop, native_loop
 from cardsflow_fmu.results.analysis.first_motion import (
     DURATION,
     UNDRIVEN,
@@ -299,13 +299,12 @@ class DraftSearch:
         if missing_in_loop(experiment) is not None:
             return None
         try:
-            loop = NativeLoop(experiment)
+            loop = native_loop(experiment)
         except (InputError, SimulationError):
             last = experiment.robot.coordinates[-1]
             return TestRun(math.inf, math.inf, 0, False, last.name, last.unit)
         good = _SLOW_ERROR if modelled_muscles(self.robot) else _GOOD_ERROR
-        with loop:
-            recording = loop.run(watch=_stop_above(good, experiment) if may_stop else None)
+        recording = loop.run(watch=_stop_above(good, experiment) if may_stop else None)
         summary = summarize(experiment, recording, Speed(0.0, 0.0))
         test_run = _test_run(experiment.robot, summary, good)
         return replace(test_run, is_stopped=isinstance(recording.failure, _PoorTrackingError))

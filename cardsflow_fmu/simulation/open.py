@@ -12,18 +12,18 @@ import numpy as np
 
 from addin_sdfusion.robot import Finding
 from cardsflow_fmu.cosim.described_fmu import DescribedFmu
-from cardsflow_fmu.cosim.external_fmu import AdaptedFmu, without_missing_loads
+from cardsflow_fmu.cosim.external_fmu import AdaptedFmu
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.participant import Participant
 from cardsflow_fmu.cosim.recording import Recording
-from cardsflow_fmu.cosim.signals.ports import external_load_signals
 from cardsflow_fmu.cosim.signals.roles import HARDWARE
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.by_role import model_class
 from cardsflow_fmu.models.direct_participant import DirectParticipant, IdleParticipant
+from cardsflow_fmu.models.native_loop import experiment_master
 from cardsflow_fmu.results.analysis.look_ahead import with_look_ahead
 from cardsflow_fmu.results.analysis.observable import observability_warnings, observed_poses
 from cardsflow_fmu.results.analysis.plausibility import plausibility_findings
@@ -121,7 +121,7 @@ def open_experiment(
                 participant = _start_participant(driven, role, scratch, fmus, connection)
             stack.callback(participant.close)
             participants[role] = _adapt(driven, role, participant)
-        loop = _master(driven, participants)
+        loop = experiment_master(driven, participants)
         observed = {} if driven.estimator is None else observed_poses(driven)
         findings = [] if folder is None else plausibility_findings(experiment)
         yield OpenExperiment(
@@ -163,7 +163,7 @@ def require_openable(experiment: Experiment) -> None:
             participant = _placeholder(experiment, role, scratch)
             stack.callback(participant.close)
             participants[role] = _adapt(experiment, role, participant)
-        _master(experiment, participants)
+        experiment_master(experiment, participants)
 
 
 def _build_fmus(
@@ -233,20 +233,3 @@ def _adapt(experiment: Experiment, role: str, participant: Participant) -> Parti
     if external is None:
         return participant
     return AdaptedFmu(participant, external, model_class(name).table(experiment))
-
-
-def _master(experiment: Experiment, participants: Mapping[str, Participant]) -> Master:
-    settings = experiment.run
-    return Master(
-        [participants[name] for name in experiment.columns],
-        without_missing_loads(
-            experiment.wiring,
-            experiment.fmus,
-            participants.values(),
-            external_load_signals(experiment.robot, experiment.plant.wrenches),
-        ),
-        step=settings.step,
-        steps=settings.steps,
-        coupling=experiment.stepping,
-        every={"controller": round(experiment.controller.period / settings.step)},
-    )

@@ -21,7 +21,7 @@ from cardsflow_fmu.cosim.external_fmu import without_missing_loads
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.signals.ports import load_signals
-from cardsflow_fmu.models.native_loop import NativeLoop
+from cardsflow_fmu.models.native_loop import native_loop
 from cardsflow_fmu.simulation.build import build
 from sim_dart import Plant
 
@@ -71,9 +71,8 @@ def test_real_time_factors_of_master_and_loop_in_c(period: float, tmp_path: Path
     blocks = Blocks()
     recording = master.run(blocks)
     through_master = blocks.factor(run.step)
-    with NativeLoop(experiment) as loop:
-        in_c = Blocks()
-        rows = loop.run(in_c).rows
+    in_c = Blocks()
+    rows = native_loop(experiment).run(in_c).rows
     through_c = in_c.factor(run.step)
     assert recording.failure is None
     np.testing.assert_array_equal(rows, recording.rows)
@@ -103,28 +102,24 @@ def test_two_threads_of_closed_loops() -> None:
     """Each thread has separate models, and calls release the Python lock (GIL)."""
     experiment = arm(0.001)
 
-    def run() -> None:
-        with NativeLoop(experiment) as loop:
-            assert loop.run().failure is None
-
-    def steps(loop: NativeLoop) -> None:
+    def steps(loop: Master) -> None:
         assert loop.run().failure is None
 
-    run()
+    steps(native_loop(experiment))
     with ThreadPoolExecutor(2) as pool:
 
         def one_thread() -> float:
-            with NativeLoop(experiment) as a, NativeLoop(experiment) as b:
-                begin = time.perf_counter()
-                steps(a)
-                steps(b)
-                return time.perf_counter() - begin
+            a, b = native_loop(experiment), native_loop(experiment)
+            begin = time.perf_counter()
+            steps(a)
+            steps(b)
+            return time.perf_counter() - begin
 
         def two_threads() -> float:
-            with NativeLoop(experiment) as a, NativeLoop(experiment) as b:
-                begin = time.perf_counter()
-                list(pool.map(steps, (a, b)))
-                return time.perf_counter() - begin
+            a, b = native_loop(experiment), native_loop(experiment)
+            begin = time.perf_counter()
+            list(pool.map(steps, (a, b)))
+            return time.perf_counter() - begin
 
         alone, together = zip(*((one_thread(), two_threads()) for _ in range(30)), strict=True)
     ratio = min(alone) / min(together)

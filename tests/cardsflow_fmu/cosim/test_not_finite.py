@@ -14,14 +14,11 @@ from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.json_text import json_text
-from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim import master as master_module
 from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
 from cardsflow_fmu.cosim.stepper import Stepper
-from cardsflow_fmu.models.native_loop import NativeLoop
-from cardsflow_fmu.models.plant import PlantModel
 
 
 class Source:
@@ -81,24 +78,6 @@ def test_the_solve_time_of_a_tick_must_be_finite() -> None:
     controller = Source(math.nan, 3, "controller", SOLVE_TIME)
     recording = master(controller).run()
     assert "solve_time is not finite at t = 1.5 s: nan" in str(recording.failure)
-
-
-def test_rows_of_the_native_loop_are_checked() -> None:
-    with NativeLoop(Experiment.load(PLANAR_2R, {"run.duration": 2.0})) as loop:
-        plant = next(model for model in loop.models if isinstance(model, PlantModel))
-
-        def spoil(done: int) -> None:
-            spoilt.append(done)
-            plant.outputs[length_of_cable_1(plant)] = math.nan
-
-        spoilt: list[int] = []
-        recording = loop.run(spoil)
-    assert f"l.cable_1 is not finite at t = {spoilt[0] * 1e-3:g} s: nan" in str(recording.failure)
-    assert len(recording.rows) == spoilt[0] + 1
-
-
-def length_of_cable_1(plant: PlantModel) -> int:
-    return [p.name for p in plant.ports if p.causality == "output"].index("l.cable_1")
 
 
 def no_constant(text: str) -> Any:

@@ -15,7 +15,7 @@ from addin_sdfusion.robot import read_robot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.browser.modes import with_wrenches
 from cardsflow_fmu.models.browser.pose import pose_experiment
-from cardsflow_fmu.models.native_loop import NativeLoop
+from cardsflow_fmu.models.native_loop import native_loop
 from sim_dart import MusclePaths
 
 pytestmark = pytest.mark.browser
@@ -24,8 +24,7 @@ pytestmark = pytest.mark.browser
 def native_rows(experiment: Experiment, count: int) -> np.ndarray:
     """Return the first rows of a run in the native library."""
     run = experiment.run.copy_with(duration=count * experiment.run.step)
-    with NativeLoop(replace(experiment, run=run)) as loop:
-        return loop.run().rows[:count]
+    return native_loop(replace(experiment, run=run)).run().rows[:count]
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.signals.ports import task_names
 from cardsflow_fmu.models.by_role import C_MODELS
 from cardsflow_fmu.models.native.opened_model import OpenedModel
-from cardsflow_fmu.models.native_loop import NativeLoop
+from cardsflow_fmu.models.native_loop import native_loop
 from cardsflow_fmu.simulation.build import build
 
 SEEDS = range(10)
@@ -94,8 +94,7 @@ def check_run(plan: str, seed: int, folder: Path) -> None:
     experiment = random_experiment(plan, seed, folder)
     for model in experiment.columns:
         assert isinstance(C_MODELS[model](experiment).opened, OpenedModel)
-    with NativeLoop(experiment) as loop:
-        recording = loop.run()
+    recording = native_loop(experiment).run()
     assert recording.failure is None
     assert np.isfinite(recording.rows).all()
 

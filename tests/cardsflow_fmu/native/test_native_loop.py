@@ -16,7 +16,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.writer import experiment_data
-from cardsflow_fmu.models.native_loop import NativeLoop
+from cardsflow_fmu.models.native_loop import native_loop
 from cardsflow_fmu.simulation.run import RunError, run, simulate
 
 pytestmark = pytest.mark.native
@@ -29,8 +29,7 @@ def load(example: str, settings: dict[str, Any] | None = None) -> Experiment:
 
 
 def recorded(experiment: Experiment) -> Recording:
-    with NativeLoop(experiment) as loop:
-        return loop.run()
+    return native_loop(experiment).run()
 
 
 def test_runs_in_threads_equal_single_runs() -> None:
@@ -83,10 +82,7 @@ def test_summary_has_engine_master_and_speed(tmp_path: Path) -> None:
     ],
 )
 def test_unsupported_settings_are_reported_by_name(settings: dict[str, Any], message: str) -> None:
-    """Requesting the loop itself rejects them."""
     experiment = load("planar_2r", settings | {"run.duration": 0.01})
-    with pytest.raises(InputError, match=rf"experiment\.toml: .*{message}.*; run it with `compute"):
-        NativeLoop(experiment)
     summary = simulate(experiment, coupling="direct").summary
     assert summary["master"] == "C, over objects"
     assert re.search(message, summary["not_in_c"]["loop"])
@@ -125,18 +121,3 @@ def test_engines_agree() -> None:
     for other in rows[1:]:
         for name in names:
             np.testing.assert_allclose(other[name], rows[0][name], rtol=0, atol=1e-12)
-
-
-def test_loop_runs_only_once() -> None:
-    """A second run would continue at the end of the first; after close no models exist."""
-    experiment = Experiment.load(EXAMPLES / "planar_2r", {"run.duration": 0.01})
-    loop = NativeLoop(experiment)
-    assert loop.run().failure is None
-    with pytest.raises(InputError, match="can run only once"):
-        loop.run()
-    loop.close()
-    loop.close()
-    with NativeLoop(experiment) as closed:
-        closed.close()
-        with pytest.raises(InputError, match="can run only once"):
-            closed.run()

@@ -13,7 +13,7 @@ from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.models.native_loop import NativeLoop
+from cardsflow_fmu.models.native_loop import native_loop
 from cardsflow_fmu.simulation.build import build
 
 MCKIBBEN = {"kind": "mckibben", "turns": 3.0, "pressure_time_constant": 0.02}
@@ -74,8 +74,7 @@ def experiment_of(case: str, duration: float = 0.2) -> Experiment:
 @pytest.mark.native
 @pytest.mark.parametrize("case", CASES)
 def test_every_law_runs_in_the_loop_in_c(case: str) -> None:
-    with NativeLoop(experiment_of(case)) as loop:
-        recording = loop.run()
+    recording = native_loop(experiment_of(case)).run()
     assert recording.failure is None
     assert any(name.startswith("tension.") for name in recording.names)
 

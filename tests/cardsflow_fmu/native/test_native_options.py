@@ -17,7 +17,7 @@ from support.robots.robots import EXAMPLES, with_coordinates
 
 from addin_sdfusion.robot import InputError, SimulationError, read_robot
 from cardsflow_fmu import Experiment, Result
-from cardsflow_fmu.models.native_loop import NativeLoop
+from cardsflow_fmu.models.native_loop import native_loop
 from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.simulation.run import simulate
 
@@ -100,8 +100,7 @@ def test_restored_states_are_bit_identical(case: str, tmp_path: Path) -> None:
 
 
 def recorded(case: str) -> np.ndarray:
-    with NativeLoop(experiment_of(case)) as loop:
-        return loop.run().rows
+    return native_loop(experiment_of(case)).run().rows
 
 
 @pytest.mark.native
@@ -161,8 +160,8 @@ def test_joint_friction_agrees_with_dart(tmp_path: Path) -> None:
     columns = [k for k, n in enumerate(native.names) if n.split(".")[0] in ("q", "qd", "energy")]
     np.testing.assert_allclose(native.rows[:, columns], dart.rows[:, columns], rtol=0, atol=1e-7)
     smooth = experiment_of("energy", 0.2)
-    with NativeLoop(smooth) as loop:
-        assert np.abs(loop.run().rows[:, columns[0]] - native.rows[:, columns[0]]).max() > 1e-5
+    rows = native_loop(smooth).run().rows
+    assert np.abs(rows[:, columns[0]] - native.rows[:, columns[0]]).max() > 1e-5
 
 
 def test_friction_with_runge_kutta_is_rejected(tmp_path: Path) -> None:
@@ -187,7 +186,6 @@ def test_wrench_that_is_not_finite_is_rejected_by_name(
 def test_divergence_is_reported_with_its_time() -> None:
     push = {"plant.wrenches": ["link_2"], "wiring.plant": {"w.link_2.fx": 1e308}}
     experiment = experiment_of("rk4", **push)
-    with NativeLoop(experiment) as loop:
-        recording = loop.run()
+    recording = native_loop(experiment).run()
     assert isinstance(recording.failure, SimulationError)
     assert "diverged at t = 0.001 s" in str(recording.failure)

@@ -18,7 +18,7 @@ from cardsflow_fmu import build
 from cardsflow_fmu import run as simulate
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.controller import ControllerModel
-from cardsflow_fmu.models.native_loop import NativeLoop
+from cardsflow_fmu.models.native_loop import native_loop
 from cardsflow_fmu.utils.arrays import FloatArray
 
 TICK, TICKS = 0.002, 10
@@ -27,8 +27,7 @@ PLANAR = {"controller.type": "mpc", "controller.nodes": 8, "run.duration": 0.1}
 
 def run(example: str, settings: dict[str, Any]) -> dict[str, Any]:
     """Return the columns of a run in C."""
-    with NativeLoop(Experiment.load(EXAMPLES / example, settings)) as loop:
-        recording = loop.run()
+    recording = native_loop(Experiment.load(EXAMPLES / example, settings)).run()
     assert recording.failure is None
     return dict(zip(recording.names, recording.rows.T, strict=True))
 

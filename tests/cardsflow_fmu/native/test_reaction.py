@@ -16,7 +16,7 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.motion.look_ahead import FALL, POSE, LookAhead
 from cardsflow_fmu.models.c_model import CModel
 from cardsflow_fmu.models.controller import ControllerModel
-from cardsflow_fmu.models.native_loop import NativeLoop
+from cardsflow_fmu.models.native_loop import native_loop
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.models.reference import ReferenceModel, make_reference
 from cardsflow_fmu.results.estimation import fault_events
@@ -162,8 +162,7 @@ def test_broken_cable_of_a_simulation_is_found(noise: float) -> None:
     """Its measured tension is 0, its motor holds, and the hand stays on its path."""
     settings = {"plant.break_time.motor4": 0.1, "run.duration": 0.3}
     settings["estimator.sensors.length_noise"] = noise
-    with NativeLoop(with_table(arm(**settings), 1.0)) as loop:
-        data = loop.run()
+    data = native_loop(with_table(arm(**settings), 1.0)).run()
     columns = dict(zip(data.names, data.rows.T, strict=True))
     broken, *others = fault_events(columns)
     assert (broken["part"], broken["kind"]) == ("muscle motor4", "broken")

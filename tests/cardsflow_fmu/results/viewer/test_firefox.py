@@ -8,7 +8,7 @@ from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.models.native_loop import NativeLoop
+from cardsflow_fmu.models.native_loop import native_loop
 
 
 @pytest.mark.browser
@@ -25,7 +25,6 @@ def test_page_from_disk_plays_as_the_native_library(tmp_path: Path) -> None:
         page.wait_for("play.client.frame.time > 0.2")
         time, q = page.evaluate("[play.client.frame.time, [...play.client.frame.q]]")
         assert not page.errors
-    with NativeLoop(Experiment.load(EXAMPLES / "planar_2r")) as loop:
-        run = loop.run()
+    run = native_loop(Experiment.load(EXAMPLES / "planar_2r")).run()
     k = round(time / 1e-3)
     assert [run.rows[k, run.names.index(f"q.joint_{j}")] for j in (1, 2)] == q
