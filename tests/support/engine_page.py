@@ -6,9 +6,7 @@ import importlib.util
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
 from support.browser import Page
 
@@ -26,11 +24,6 @@ async function openEngine(text) {
   const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
   return Engine.open(new Uint8Array(await new Response(stream).arrayBuffer()));
-}
-function rowsOf(engine, count) {
-  const rows = [];
-  engine.run(count, (some) => rows.push(...some));
-  return rows;
 }
 """
 
@@ -82,7 +75,9 @@ def open_client(browser: Page, experiment: Experiment, folder: Path) -> None:
     browser.wait_for("typeof play !== 'undefined' && (play || wrong)")
 
 
-def engine_rows(browser: Page, count: int) -> np.ndarray:
-    """Run some steps; return the rows that the native loop records, shape (count, columns)."""
-    numbers: Any = browser.evaluate(f"rowsOf(engine, {count})")
-    return np.array(numbers).reshape(count, -1)
+def engine_values(browser: Page, count: int) -> dict[str, float]:
+    """Run some steps; return the outputs by name, with and without the name of the model."""
+    script = f"engine.run({count}), [engine.columns.map(c => c.name), [...engine.values()]]"
+    names, values = browser.evaluate(script)
+    full = dict(zip(names, values, strict=True))
+    return {name.partition(".")[2]: value for name, value in full.items()} | full

@@ -149,12 +149,8 @@ class _Packer:
         return {
             "models": numbers,
             "values": [self.add_array(models[name].values) for name in names],
-            "sizes": [len(tables.turns), len(tables.copies), len(tables.columns)],
-            "before": tables.before,
-            **{
-                key: self.add_array(getattr(tables, key))
-                for key in ("turns", "copies", "changes", "columns", "timer")
-            },
+            "sizes": [len(tables.turns), len(tables.copies)],
+            **{key: self.add_array(getattr(tables, key)) for key in ("turns", "copies", "changes")},
         }
 
     def _add_model(self, name: str, experiment: Experiment, model: CModel) -> int:

@@ -1,4 +1,4 @@
-"""Tables of a loop in a browser: order of the models, copied signals, recorded columns."""
+"""Tables of a loop in a browser: order of the models, and copied signals."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.participant import Copy, WiredPorts
-from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
 from cardsflow_fmu.cosim.wiring import Wiring, connect
 from cardsflow_fmu.utils.arrays import FloatArray
 
@@ -22,17 +21,11 @@ class LoopTables(NamedTuple):
         turns: Shape (t, 4).
         copies: Shape (c, 4).
         changes: Shape (c, 2).
-        columns: Shape (k, 2).
-        timer: Shape (2,); -1 without a controller.
-        before: Number of stages before a row is recorded.
     """
 
     turns: NDArray[np.int32]
     copies: NDArray[np.int32]
     changes: FloatArray
-    columns: NDArray[np.int32]
-    timer: NDArray[np.int32]
-    before: int
 
 
 def loop_tables(
@@ -41,38 +34,23 @@ def loop_tables(
     """Return the tables of a loop.
 
     Args:
-        models: The models, in the order of the columns.
         wiring: Connections that differ from those by equal names; constant inputs are set here.
         stepping: Coupling of the models.
         every: Number of base steps per step of each model, by name.
     """
     numbers = {model.name: k for k, model in enumerate(models)}
     copies = connect(models, wiring)
-    groups, before = stepping.stages(list(numbers))
+    groups, _ = stepping.stages(list(numbers))
     turns, routes, changes = [], [], []
     for stage, group in enumerate(groups):
         for name in group:
             turns.append((numbers[name], every[name], len(copies[name]), stage))
             routes += [_route(copy, name, models) for copy in copies[name]]
             changes += [(copy.change.factor, copy.change.offset) for copy in copies[name]]
-    timer = [
-        (k, _variable_names(model).index(SOLVE_TIME))
-        for k, model in enumerate(models)
-        if model.name == "controller"
-    ]
-    columns = [
-        (k, _variable_names(model).index(name))
-        for k, model in enumerate(models)
-        for name in model.output_names
-        if name != SOLVE_TIME
-    ]
     return LoopTables(
         _table(turns, 4),
         _table(routes, 4),
         np.array(changes, dtype=np.float64).reshape(-1, 2),
-        _table(columns, 2),
-        np.array(timer[0] if timer else (-1, -1), dtype=np.int32),
-        before,
     )
 
 
@@ -85,8 +63,3 @@ def _route(copy: Copy, target: str, models: Sequence[WiredPorts]) -> tuple[int, 
     source = next(k for k, model in enumerate(models) if model.outputs is copy.source)
     end = next(k for k, model in enumerate(models) if model.name == target)
     return source, len(models[source].input_names) + copy.source_index, end, copy.target_index
-
-
-def _variable_names(model: WiredPorts) -> tuple[str, ...]:
-    """Return the names of inputs and outputs in the order of the values."""
-    return (*model.input_names, *model.output_names)

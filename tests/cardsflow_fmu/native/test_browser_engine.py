@@ -1,12 +1,13 @@
 """Simulation in a browser: the same bits as the native library, and what a user does to it."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.browser import Page
-from support.engine_page import engine_rows, open_client, open_engine
+from support.engine_page import engine_values, open_client, open_engine
 from support.policies import random_policy
 from support.robots.bent_cables import with_bent_cables
 from support.robots.robots import EXAMPLES
@@ -21,10 +22,20 @@ from sim_dart import MusclePaths
 pytestmark = pytest.mark.browser
 
 
-def native_rows(experiment: Experiment, count: int) -> np.ndarray:
-    """Return the first rows of a run in the native library."""
+def native_values(experiment: Experiment, count: int) -> dict[str, float]:
+    """Return the outputs after some steps in the native library."""
     run = experiment.run.copy_with(duration=count * experiment.run.step)
-    return native_loop(replace(experiment, run=run)).run().rows[:count]
+    recording = native_loop(replace(experiment, run=run)).run()
+    assert len(recording.rows) == count + 1
+    return dict(zip(recording.names[1:], recording.rows[count, 1:].tolist(), strict=True))
+
+
+def values_of(values: dict[str, float], names: Iterable[str]) -> np.ndarray:
+    return np.array([values[name] for name in names])
+
+
+def largest_change(a: dict[str, float], b: dict[str, float]) -> float:
+    return float(np.abs(values_of(a, a) - values_of(b, a)).max())
 
 
 @pytest.mark.parametrize(
@@ -40,7 +51,9 @@ def test_two_seconds_in_a_browser_are_those_of_the_native_library(
         experiment = Experiment.load(EXAMPLES / name)
     count = min(2000, experiment.run.steps)
     open_engine(page, experiment, tmp_path)
-    np.testing.assert_array_equal(engine_rows(page, count), native_rows(experiment, count))
+    expected = native_values(experiment, count)
+    found = values_of(engine_values(page, count), expected)
+    np.testing.assert_array_equal(found, list(expected.values()))
 
 
 def test_cable_friction_in_a_browser_is_that_of_the_native_library(
@@ -51,10 +64,11 @@ def test_cable_friction_in_a_browser_is_that_of_the_native_library(
     rough, smoother = (
         replace(experiment, robot=with_bent_cables(robot, mu, q)) for mu in (0.2, 0.1)
     )
-    expected = native_rows(rough, 500)
-    assert np.abs(expected[-1] - native_rows(smoother, 500)[-1]).max() > 0.1
+    expected = native_values(rough, 500)
+    assert largest_change(expected, native_values(smoother, 500)) > 0.1
     open_engine(page, rough, tmp_path)
-    np.testing.assert_allclose(engine_rows(page, 500), expected, rtol=0.0, atol=1e-12)
+    found = values_of(engine_values(page, 500), expected)
+    np.testing.assert_allclose(found, list(expected.values()), rtol=0.0, atol=1e-12)
 
 
 def test_constant_pull_acts_as_a_wrench_in_the_native_library(page: Page, tmp_path: Path) -> None:
@@ -63,13 +77,14 @@ def test_constant_pull_acts_as_a_wrench_in_the_native_library(page: Page, tmp_pa
     pulled = with_wrenches(experiment)
     wires = {f"plant.w.{link}.f{axis}": f for axis, f in zip("xyz", (4.0, 0.0, -3.0), strict=True)}
     pulled = replace(pulled, wiring=pulled.wiring | wires)
-    expected = native_rows(pulled, 300)
-    assert np.abs(expected - native_rows(experiment, 300)).max() > 1.0  # tensions resist
+    expected = native_values(pulled, 300)
+    assert largest_change(expected, native_values(experiment, 300)) > 1.0  # tensions resist
     open_engine(page, experiment, tmp_path)
     page.evaluate(
         f"engine.pull(engine.drawing.links.indexOf({link!r}), [0, 0, 0], {{ force: [4, 0, -3] }})"
     )
-    np.testing.assert_array_equal(engine_rows(page, 300), expected)
+    found = values_of(engine_values(page, 300), expected)
+    np.testing.assert_array_equal(found, list(expected.values()))
 
 
 CHANGES = {
@@ -93,9 +108,10 @@ def test_live_changes_are_settings_of_the_experiment(page: Page, tmp_path: Path,
     for key, value in CHANGES[name].items():
         page.evaluate(f"engine.change({key!r}, {value!r})")
     page.evaluate("engine.reset()")
-    expected = native_rows(Experiment.load(EXAMPLES / name, CHANGES[name]), 200)
-    assert np.abs(expected - native_rows(experiment, 200)).max() > 1e-4
-    np.testing.assert_allclose(engine_rows(page, 200), expected, rtol=1e-9, atol=1e-12)
+    expected = native_values(Experiment.load(EXAMPLES / name, CHANGES[name]), 200)
+    assert largest_change(expected, native_values(experiment, 200)) > 1e-4
+    found = values_of(engine_values(page, 200), expected)
+    np.testing.assert_allclose(found, list(expected.values()), rtol=1e-9, atol=1e-12)
 
 
 def test_going_back_repeats_the_same_steps(page: Page, tmp_path: Path) -> None:

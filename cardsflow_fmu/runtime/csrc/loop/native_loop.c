@@ -7,7 +7,7 @@
 #include <string.h>
 
 struct native_loop {
-    int32_t count, columns, before;
+    int32_t count;
     const int32_t *turns;
     struct master *master;
     struct opened_model *models[]; /* `count` models */
@@ -77,45 +77,29 @@ static void add_copy(const struct native_loop *loop, const int32_t *copy, const 
 }
 
 int native_loop_plan(struct native_loop *loop, int32_t turns_count, const int32_t *turns, int32_t copies_count,
-                     const int32_t *copies, const double *changes, int32_t columns_count, const int32_t *columns,
-                     int32_t before, const int32_t *timer)
+                     const int32_t *copies, const double *changes)
 {
-    if (!turns_are_sound(loop, turns_count, turns, copies_count) || !are_values(loop, 2 * copies_count, copies) ||
-        !are_values(loop, columns_count, columns) || (timer[0] >= 0 && !are_values(loop, 1, timer)))
+    if (!turns_are_sound(loop, turns_count, turns, copies_count) || !are_values(loop, 2 * copies_count, copies))
         return 1;
-    struct master *master = loop->master = master_open(turns_count, copies_count, columns_count);
+    struct master *master = loop->master = master_open(turns_count, copies_count, 0);
     if (!master)
         return 1;
     loop->turns = turns;
-    loop->columns = columns_count;
-    loop->before = before;
     for (int32_t i = 0; i < turns_count; i++) {
         const int32_t *turn = turns + TURN * i;
         master_add_turn(master, step_model, loop->models[turn[MODEL]], turn[EVERY], turn[STAGE]);
         for (int32_t k = 0; k < turn[COPIES]; k++, copies += COPY, changes += 2)
             add_copy(loop, copies, changes);
-        if (turn[MODEL] == timer[0])
-            master_set_timer(master, i, value(loop, timer));
     }
-    for (int32_t i = 0; i < columns_count; i++)
-        master_add_column(master, value(loop, columns + 2 * i), INFINITY);
     return 0;
 }
 
-int native_loop_run(struct native_loop *loop, double step, int64_t first, int64_t count, double *rows,
-                    double *times, int64_t done[2])
+int native_loop_run(struct native_loop *loop, double step, int64_t first, int64_t count, int64_t *done)
 {
+    double times[NATIVE_LOOP_STEPS]; /* rows without columns */
     struct master_progress progress;
-    done[0] = done[1] = 0;
-    master_set_step(loop->master, step, loop->before);
-    while (done[0] < count) { /* a row that is not finite does not end the loop */
-        const int end = master_run(loop->master, first + done[0], count - done[0], INFINITY,
-                                   rows + (1 + loop->columns) * done[0], times, &progress);
-        done[0] += progress.done;
-        done[1] += progress.rows;
-        times += progress.ticks;
-        if (end == MASTER_FAILED)
-            return 1 + loop->turns[TURN * progress.turn + MODEL];
-    }
-    return 0;
+    master_set_step(loop->master, step, 0);
+    const int end = master_run(loop->master, first, count, INFINITY, times, NULL, &progress);
+    *done = progress.done;
+    return end == MASTER_FAILED ? 1 + loop->turns[TURN * progress.turn + MODEL] : 0;
 }

@@ -49,24 +49,22 @@ class Engine {
   // ------------------------------------------------------------------------------------- steps
 
   // Runs some steps. Throws an error with the message of the model that failed.
-  run(count, onRows = null) {
+  run(count) {
     this.requireDynamics();
     const every = Math.max(1, Math.round(SNAPSHOT_SECONDS / this.step));
     while (count > 0) {
       if (this.isChanged || this.k % every === 0) this.remember();
-      const done = this.runSome(Math.min(count, every - this.k % every), onRows);
-      count -= done;
+      count -= this.runSome(Math.min(count, every - this.k % every));
     }
   }
 
-  runSome(count, onRows = null) {
+  runSome(count) {
     const { loop } = this, isDriven = this.target || this.pulled;
     const asked = isDriven ? 1 : Math.min(count, Loop.MAX_STEPS);
     if (this.target) this.moveTarget();
     if (this.pulled) this.pullLink();
     const done = loop.run(this.step, this.k, asked);
     this.k += done;
-    if (onRows) onRows(loop.rows(done), loop.width);
     if (loop.failure) throw new Error(loop.failure);
     return done;
   }

@@ -136,37 +136,30 @@ class Model {
 class Loop {
   constructor(module, models, entry, part) {
     Object.assign(this, { module, models });
-    const [turns, copies, columns] = entry.sizes;
-    this.width = 1 + columns;
-    this.tables = ["turns", "copies", "changes", "columns", "timer"].map(name => module.put(part(entry[name])));
+    this.tables = ["turns", "copies", "changes"].map(name => module.put(part(entry[name])));
     this.values = entry.values.map(place => part(place).slice());
-    this.numbers = [turns, copies, columns, entry.before];
+    this.sizes = entry.sizes;
     this.handle = 0;
-    this.buffer = module.room(8 * (this.width + 1) * Loop.MAX_STEPS + 16);
+    this.done = module.room(8);
     this.connect();
   }
 
   // Connects the models again after one of them has been opened again.
   connect() {
-    const { calls } = this.module, [turns, copies, columns, before] = this.numbers;
-    const [turnsAt, copiesAt, changesAt, columnsAt, timerAt] = this.tables;
+    const { calls } = this.module, [turns, copies] = this.sizes, [turnsAt, copiesAt, changesAt] = this.tables;
     if (this.handle) calls.native_loop_close(this.handle);
     const handles = new Uint32Array(this.models.map(model => model.handle));
     this.handle = this.module.withCopies([handles], at => calls.native_loop_open(handles.length, at));
-    if (!this.handle || calls.native_loop_plan(this.handle, turns, turnsAt, copies, copiesAt, changesAt,
-                                               columns, columnsAt, before, timerAt))
+    if (!this.handle || calls.native_loop_plan(this.handle, turns, turnsAt, copies, copiesAt, changesAt))
       throw new Error("the page is damaged: the tables of its simulation do not match its models");
   }
 
-  // Runs some steps, at most MAX_STEPS; returns the number of completed steps. Rows are in `rows`.
+  // Runs some steps, at most MAX_STEPS; returns the number of completed steps.
   run(step, first, count) {
-    const { module, buffer, width } = this, times = buffer + 8 * width * Loop.MAX_STEPS;
-    const done = times + 8 * Loop.MAX_STEPS;
-    const failed = module.calls.native_loop_run(this.handle, step, BigInt(first), BigInt(count), buffer, times, done);
+    const { module, done } = this;
+    const failed = module.calls.native_loop_run(this.handle, step, BigInt(first), BigInt(count), done);
     this.failure = failed ? this.models[failed - 1].message : "";
     return Number(new BigInt64Array(module.calls.memory.buffer, done, 1)[0]);
   }
-
-  rows(count) { return this.module.doubles(this.buffer, count * this.width); }
 }
-Loop.MAX_STEPS = 64;
+Loop.MAX_STEPS = 64; // NATIVE_LOOP_STEPS
