@@ -14,7 +14,6 @@ from addin_sdfusion.robot import Finding
 from cardsflow_fmu.cosim.described_fmu import DescribedFmu
 from cardsflow_fmu.cosim.external_fmu import AdaptedFmu
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
-from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.participant import Participant
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.signals.roles import HARDWARE
