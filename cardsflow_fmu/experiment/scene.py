@@ -73,7 +73,7 @@ def make_scene(
             link_shapes.append(LinkShape(shape.link, _shape(shape), pose, *surface))
     with context.at("world"):
         scene = Scene(
-            None if ground is None else Ground(ground.height, ground.friction, ground.restitution),
+            None if ground is None else Ground(**dict(ground)),
             tuple(objects),
             settings.friction,
             settings.restitution,
@@ -91,16 +91,9 @@ def make_scene(
 
 
 def _object(settings: ObjectSettings) -> SceneObject:
-    return SceneObject(
-        settings.name,
-        _shape(settings),
-        Pose(settings.position, settings.rpy),
-        settings.mass,
-        settings.velocity,
-        settings.angular_velocity,
-        settings.friction,
-        settings.restitution,
-    )
+    keys = {"name", "mass", "velocity", "angular_velocity", "friction", "restitution"}
+    pose = Pose(settings.position, settings.rpy)
+    return SceneObject(shape=_shape(settings), pose=pose, **settings.model_dump(include=keys))
 
 
 def _shape(settings: ObjectSettings | LinkShapeSettings) -> Shape:

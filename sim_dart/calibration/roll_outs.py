@@ -42,11 +42,7 @@ T = TypeVar("T")
 class RollOuts:
     """Roll-outs of a robot with the parameters theta = z sd.
 
-    Args:
-        robot: The original robot.
-        parameters: The free parameters; empty to fit only start states.
-        max_step: Largest step of roll-outs, in [s].
-        seen: Motion-capture markers, or None.
+    The arguments are those of `CalibrationProblem`.
     """
 
     def __init__(

@@ -65,27 +65,11 @@ class MuscleDrive:
         return self._laws.drive(self._qd, commands).copy()
 
     def reach(self, period: float) -> Reach:
-        """Return the range of tensions that the muscles can reach.
-
-        The range of a passive muscle is a single value. The range of an ideal cable has no upper
-        bound.
-
-        Args:
-            period: Time to reach them, in [s].
-        """
+        """Return the tensions that can be reached within a period; see `MuscleLaws.reach`."""
         return self._laws.reach(period)
 
     def commands(self, forces: FloatArray, horizon: float, period: float = 0.0) -> FloatArray:
-        """Return the commands that lead to the given tensions, or to the nearest reachable ones.
-
-        Args:
-            forces: Desired tensions, shape (m,), in [N].
-            horizon: Time to reach them, in [s].
-            period: Time until the next commands, in [s]; 0 for the horizon.
-
-        Returns:
-            Commands, shape (m,), each in the unit of its muscle law; 0 for passive muscles.
-        """
+        """Return the commands that lead to the given tensions; see `MuscleLaws.invert`."""
         return self._laws.invert(forces, horizon, period).copy()
 
     def resting_reach(self, q: ArrayLike) -> Reach:
@@ -94,15 +78,7 @@ class MuscleDrive:
         return self._laws.resting_reach()
 
     def resting_commands(self, q: ArrayLike, tensions: FloatArray) -> FloatArray:
-        """Return the commands that hold the given tensions at rest, or the nearest reachable ones.
-
-        Args:
-            q: Joint positions, shape (n,), in [rad] or [m].
-            tensions: Desired tensions, shape (m,), in [N].
-
-        Returns:
-            Commands, shape (m,), each in the unit of its muscle law; 0 for passive muscles.
-        """
+        """Return the commands that hold tensions at q; see `MuscleLaws.resting_commands`."""
         self._move(q)
         return self._laws.resting_commands(tensions)
 

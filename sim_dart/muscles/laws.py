@@ -168,14 +168,13 @@ class MuscleLaws:
     def reach(self, h: float) -> Reach:
         """Return the range of tensions that can be reached within a time step.
 
-        The path velocities are those of the last call of `drive` or `update_rates`.
-        The range corresponds to the smallest and the largest command. A law without states acts
+        The path velocities are those of the last call of `drive` or `update_rates`. The range
+        corresponds to the smallest and the largest command. A law without states acts
         immediately. The range of a passive muscle is a single value, the range of an ideal cable is
         0 to infinity. The states do not change.
 
         Args:
             h: Time, in [s].
-
         """
         self._core.reach(self._handle, h)
         self.custom.reach(self._low, self._high, self._lengths, self.rates)

@@ -20,16 +20,11 @@ class CoreMechanism(Mechanism):
     """State of a robot in the C core.
 
     Args:
-        robot: A valid robot without features that the core does not support.
-        step: Length of a step, in [s].
-        substeps: Number of substeps per step. Only commands and loads are constant over them.
-        rule: `euler` (semi-implicit Euler) or `rk4` (Runge-Kutta of fourth order).
-        wrenched: Names of the links on which external wrenches act.
-        energy: Whether to sum up the work done on the robot.
+        rule: `euler` (semi-implicit Euler) or `rk4` (Runge-Kutta of fourth order). For other
+            arguments see `Mechanism`.
 
     Raises:
-        InputError: Its mass matrix is singular.
-        UnknownNameError: A link does not exist.
+        InputError: The mass matrix of the robot is singular.
     """
 
     def __init__(

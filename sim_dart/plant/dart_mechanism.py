@@ -33,12 +33,7 @@ class DartMechanism(Mechanism):
     """State of a robot in DART.
 
     Args:
-        robot: A valid robot.
-        step: Length of a step, in [s].
-        substeps: Number of steps of the world per step. Muscles are evaluated in each of them.
-        scene: The scene around the robot, or None.
-        wrenched: Names of the links on which external wrenches act.
-        energy: Whether to sum up the work done on the robot.
+        scene: The scene around the robot, or None. For other arguments see `Mechanism`.
 
     Attributes:
         skeleton: The skeleton of the robot; with a scene, one skeleton per kinematic tree, which

@@ -57,7 +57,8 @@ class Mechanism(ABC):
     Args:
         robot: A valid robot.
         step: Length of a step, in [s].
-        substeps: Number of integrator steps per step, with constant commands.
+        substeps: Number of integrator steps per step, with constant commands and loads. Muscles are
+            evaluated in each of them.
         wrenched: Names of the links on which external wrenches act.
         energy: Whether to sum up the work done on the robot.
 

@@ -28,6 +28,7 @@ from controllers.laws.operational_space import LIMIT_BANDWIDTH
 from controllers.qp.law_in_c import number_of
 from controllers.qp.solver import DEFAULT_SOLVER
 from controllers.validation import MAX_PRETENSION
+from sim_dart.plant.settings import Engine
 
 from .controller_types import (
     EXACT,
@@ -45,7 +46,7 @@ from .controller_types import (
     Weight,
     control_type,
 )
-from .plant import Engine, StartSettings
+from .plant import StartSettings
 from .predictive import MPC, PredictiveBoundSettings, PredictiveCostSettings
 from .run import RunSettings
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
@@ -15,15 +15,7 @@ from cardsflow_fmu.experiment.config.table import (
     Table,
     setting,
 )
-
-Rule = Literal["euler", "rk4"]
-"""The integrators of a plant."""
-
-Engine = Literal["auto", "core", "dart"]
-"""Implementation of the dynamics of plant or controller; see `sim_dart.plant.engine`."""
-
-MAX_SUBSTEPS = 1_000_000
-"""Maximum number of substeps; the same as in `sim_dart.plant.plant`, which is not imported here."""
+from sim_dart.plant.settings import MAX_SUBSTEPS, Engine, Rule
 
 
 class PlantSettings(Table):

@@ -22,10 +22,9 @@ from cardsflow_fmu.experiment.config.table import (
     Vector3,
     setting,
 )
+from sim_dart.scene import FrictionLaw, LinkGeometry
 
 ShapeName = Literal["sphere", "box", "capsule", "cylinder", "mesh"]
-FrictionLaw = Literal["pyramid", "cone"]
-LinkGeometry = Literal["meshes", "capsules", "none"]
 
 NamePair = Annotated[tuple[str, str], Numbers(2, "names")]
 Sizes = Annotated[tuple[Positive, Positive, Positive], Numbers(3)]

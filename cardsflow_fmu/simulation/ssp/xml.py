@@ -8,8 +8,10 @@ from typing import Any
 
 from lxml import etree
 
-from addin_sdfusion.robot import InputError, limits
-from addin_sdfusion.robot.files import read_file
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.finding import Subject
+from addin_sdfusion.robot.formats.reading.xml import Notes
+from addin_sdfusion.robot.formats.reading.xml import parse as parse_xml
 from cardsflow_fmu.cosim.signals.units import BASES, KNOWN_UNITS, Unit
 
 
@@ -17,24 +19,13 @@ def parse(file: Path) -> Any:
     """Parse an XML file without entities and external references; return its root.
 
     Raises:
-        InputError: The file is not valid XML.
+        InputError: The file is not well-formed XML, or not UTF-8.
     """
-    parser = etree.XMLParser(
-        resolve_entities=False,
-        load_dtd=False,
-        no_network=True,
-        huge_tree=False,
-        remove_comments=True,
-        remove_pis=True,
-    )
-    try:
-        data = read_file(file, limits.XML)
-        fault = limits.xml_fault(data)
-        if fault is not None:
-            raise InputError(fault, file=file)
-        return etree.fromstring(data, parser)
-    except etree.XMLSyntaxError as error:
-        raise InputError(f"is not valid XML: {error.msg}", file=file, line=error.lineno) from None
+    notes = Notes()
+    root = parse_xml(file, Subject("file", file.name), notes)
+    for finding in notes.findings:
+        raise InputError(finding.message, file=file)
+    return root.element
 
 
 def local(element: Any) -> str:

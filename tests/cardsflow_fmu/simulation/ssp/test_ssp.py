@@ -249,7 +249,7 @@ def test_units_of_connectors_and_transformations_are_converted(
         (replace_text(SSD, 'baseStepSize="0.001"', 'baseStepSize="x"'), "must be a finite number"),
         (replace_text(SSD, 'baseStepSize="0.001"', 'baseStepSize="-1"'), "must be above 0"),
         (replace_text(SSD, 'stopTime="0.05"', ""), "does not specify its duration"),
-        (replace_text(SSD, "<ssd:System ", "<ssd:System <"), "is not valid XML"),
+        (replace_text(SSD, "<ssd:System ", "<ssd:System <"), "is not well-formed XML"),
         (replace_text(SSD, 'name="q_d.joint_1"', 'name="q_d.joint_9"'), "no connector"),
         (replace_text("resources/plant.ssv", 'name="step"', 'name="steps"'), "no variable 'steps'"),
         (
@@ -328,7 +328,7 @@ def test_invalid_units_are_rejected(system: Path, tmp_path: Path, new: str, mess
         simulate_system(file)
 
 
-def test_entities_are_not_expanded(system: Path, tmp_path: Path) -> None:
+def test_entities_are_rejected(system: Path, tmp_path: Path) -> None:
     def declare(files: dict[str, bytes]) -> None:
         name = "resources/plant.ssv"
         begin, rest = files[name].split(b"?>", 1)
@@ -337,7 +337,8 @@ def test_entities_are_not_expanded(system: Path, tmp_path: Path) -> None:
         files[name] = begin + b"?>" + declared + rest
 
     file = change_archive(system, tmp_path / "a.ssp", declare)
-    assert simulate_system(file, {"run.duration": 0.01})["q.joint_1"][0] == -0.5
+    with pytest.raises(InputError, match=r"plant\.ssv:1: uses XML entities"):
+        simulate_system(file)
 
 
 @pytest.mark.slow
