@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 
-from ..robot.model.pose import Pose, Vector3
+from ..robot.model.pose import AXES, Pose, Vector3
 from ..robot.model.robot import Shape, ShapeKind
 from ..robot.model.rotations import (
     Matrix3,
@@ -14,8 +14,10 @@ from ..robot.model.rotations import (
     cross,
     dot,
     normalized,
+    perpendicular,
     rotate,
     rpy,
+    scale,
     subtract,
     transpose,
 )
@@ -42,7 +44,7 @@ def fit_shape(kind: ShapeKind, nodes: Sequence[float], triangles: Sequence[int])
         every = [cylinder for frame in frames for cylinder in _cylinders(*frame)]
         return min(every, key=lambda c: c.sizes[0] ** 2 * c.sizes[1])
     R, low, high, _ = min(frames, key=lambda f: math.prod(subtract(f[2], f[1])))
-    middle = rotate(R, _scaled(0.5, add(low, high)))
+    middle = rotate(R, scale(0.5, add(low, high)))
     if kind == "box":
         return Shape("box", subtract(high, low), Pose(middle, rpy(R)))
     return Shape("sphere", (max(math.dist(middle, p) for p in points),), Pose(middle))
@@ -63,10 +65,9 @@ def _cylinders(R: Matrix3, low: Vector3, high: Vector3, points: list[Vector3]) -
     """Yield the enclosing cylinder along each axis of a frame."""
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
-        middle = _scaled(0.5, add(low, high))
+        middle = scale(0.5, add(low, high))
         radius = max(math.hypot(p[i] - middle[i], p[j] - middle[j]) for p in points)
-        (a, b, c), (d, e, f), (g, h, m) = transpose(R)
-        rows = ((a, b, c), (d, e, f), (g, h, m))
+        rows = transpose(R)
         turned = transpose((rows[i], rows[j], rows[k]))
         pose = Pose(rotate(R, middle), rpy(turned))
         yield Shape("cylinder", (radius, high[k] - low[k]), pose)
@@ -74,9 +75,9 @@ def _cylinders(R: Matrix3, low: Vector3, high: Vector3, points: list[Vector3]) -
 
 def _frames(points: Sequence[Vector3], triangles: Sequence[int]) -> Iterator[Matrix3]:
     """Yield the link frame, and the frames of each pair of normals of the largest faces."""
-    yield (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+    yield AXES
     for z, other in combinations(_directions(points, triangles), 2):
-        along = subtract(other, _scaled(dot(other, z), z))
+        along = perpendicular(other, z)
         if dot(along, along) > _PARALLEL:
             x = normalized(along)
             yield transpose((x, cross(z, x), z))
@@ -95,13 +96,9 @@ def _directions(points: Sequence[Vector3], triangles: Sequence[int]) -> list[Vec
         area = math.sqrt(dot(normal, normal))
         if area == 0.0:
             continue
-        x, y, z = _scaled(1.0 / area, normal)
+        x, y, z = scale(1.0 / area, normal)
         near = round(x, _DIGITS) + 0.0, round(y, _DIGITS) + 0.0, round(z, _DIGITS) + 0.0
-        key = max(near, _scaled(-1.0, near))
+        key = max(near, scale(-1.0, near))
         areas[key] = areas.get(key, 0.0) + area
         normals.setdefault(key, (x, y, z))
     return [normals[key] for key in sorted(areas, key=lambda k: (-areas[k], k))[:_DIRECTIONS]]
-
-
-def _scaled(factor: float, v: Vector3) -> Vector3:
-    return factor * v[0], factor * v[1], factor * v[2]

@@ -15,7 +15,7 @@ from ..muscles.attributes import GROUP, WRAP
 from ..muscles.stored import stored_surface
 from ..robot.finding import Subject
 from ..robot.model.pose import Vector3
-from ..robot.model.rotations import add, cross, dot, subtract
+from ..robot.model.rotations import add, cross, dot, scale, subtract
 from ..snapshot import SurfaceSnapshot, SurfaceUse
 from .names import Keys
 from .notes import Notes
@@ -183,8 +183,7 @@ def _extent(face: Any, origin: Vector3, axis: Vector3) -> tuple[Vector3, float]:
     low, high = min(e.low for e in extents), max(e.high for e in extents)
     if not high > low:
         raise ValueError("it has no length")
-    along = (low + high) / 2.0
-    return add(origin, (along * axis[0], along * axis[1], along * axis[2])), high - low
+    return add(origin, scale((low + high) / 2.0, axis)), high - low
 
 
 def _edge_extent(edge: Any, origin: Vector3, axis: Vector3) -> _Extent:

@@ -8,9 +8,7 @@ from dataclasses import dataclass, field
 
 from ..robot.model.joint import Coordinate
 from ..robot.model.link_poses import link_poses
-from ..robot.model.pose import Pose
 from ..robot.model.robot import Robot
-from ..robot.model.rotations import rotation
 from ..robot.model.transform import Transform
 from .path import MusclePath, path_of
 from .table import MuscleTable
@@ -107,7 +105,7 @@ class JointSweep:
             before = link_poses(self.robot, at)
             after = link_poses(self.robot, at | {self.coordinate.name: q})
             self._moved[q] = {
-                link: _transform(T).compose(_transform(before[link]).inverse())
+                link: Transform.of(T).compose(Transform.of(before[link]).inverse())
                 for link, T in after.items()
                 if before[link] != T
             }
@@ -125,7 +123,3 @@ def arm_color(arm: float, largest: float) -> str:
     full = _POSITIVE if arm > 0.0 else _NEGATIVE
     mixed = (round(z + share * (f - z)) for z, f in zip(_ZERO, full, strict=True))
     return "#{:02x}{:02x}{:02x}".format(*mixed)
-
-
-def _transform(pose: Pose) -> Transform:
-    return Transform(rotation(pose.rpy), pose.position)

@@ -10,12 +10,11 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-from ..robot.model.pose import Vector3
-from ..robot.model.rotations import add, cross, dot, normalized, subtract
+from ..robot.model.pose import Vector3, X, Z
+from ..robot.model.rotations import add, cross, dot, normalized, perpendicular, subtract
 from ..snapshot import SurfaceSnapshot, WrapUse
 
 _STEP = math.radians(6.0)  # angle between points of the arc
-_Z: Vector3 = (0.0, 0.0, 1.0)
 
 Sense = Literal[-1, 1]
 
@@ -47,9 +46,7 @@ def path_over(start: Vector3, end: Vector3, face: SurfaceSnapshot, use: WrapUse)
     if face.shape == "sphere":
         normal = normalized(cross(a, b))
         if not any(normal):
-            normal = normalized(
-                cross(a, _Z if abs(a[2]) < 0.9 * math.hypot(*a) else (1.0, 0.0, 0.0))
-            )
+            normal = normalized(cross(a, Z if abs(a[2]) < 0.9 * math.hypot(*a) else X))
         turned: Sense = 1 if dot(normal, axis) >= 0.0 else -1
         axis, sense = normal, use.side * turned  # type: ignore[assignment]
     arc = _arc_about_axis(a, b, axis, face.radius, sense, use.turns)
@@ -63,7 +60,7 @@ def _arc_about_axis(
 ) -> Wrapped | None:
     """Return the path about an axis through the origin; None if there is no contact."""
     height_a, height_b = dot(a, z), dot(b, z)
-    flat_a, flat_b = _subtract_axial(a, z, height_a), _subtract_axial(b, z, height_b)
+    flat_a, flat_b = perpendicular(a, z), perpendicular(b, z)
     R_a, R_b = math.hypot(*flat_a), math.hypot(*flat_b)
     if min(R_a, R_b) <= r:
         return None
@@ -87,10 +84,6 @@ def _arc_about_axis(
         u, v = r * math.cos(angle), r * math.sin(angle)
         points.append(tuple(u * x[i] + v * y[i] + rise * z[i] for i in range(3)))  # type: ignore[arg-type]
     return Wrapped(points, math.hypot(flat_length, height_b - height_a))
-
-
-def _subtract_axial(v: Vector3, z: Vector3, height: float) -> Vector3:
-    return subtract(v, (height * z[0], height * z[1], height * z[2]))
 
 
 def _distance(a: Vector3, b: Vector3) -> float:

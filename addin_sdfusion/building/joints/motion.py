@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ...robot.model.rotations import axis_rotation
-from ...robot.model.transform import IDENTITY, Transform
+from ...robot.model.transform import IDENTITY, Transform, motion_transform
 from ...snapshot import MotionSnapshot
 
 
@@ -17,10 +16,5 @@ def joint_motion(motions: Iterable[MotionSnapshot]) -> Transform:
     """
     T = IDENTITY
     for motion in motions:
-        if motion.kind == "rotation":
-            step = Transform(axis_rotation(motion.axis, motion.value), IDENTITY.p)
-        else:
-            x, y, z = motion.axis
-            step = Transform(IDENTITY.R, (motion.value * x, motion.value * y, motion.value * z))
-        T = T.compose(step)
+        T = T.compose(motion_transform(motion.kind, motion.axis, motion.value))
     return T

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from ...robot.finding import Finding, Subject
 from ...robot.finding_builders import error, unknown, warning
+from ...robot.model.pose import AXES
 from ...robot.model.robot import WORLD
 from ...robot.transforms.joint_chains import Names
 from ...settings import ExportSettings
@@ -18,7 +19,7 @@ from .cuts import UNSUPPORTED, best_cut, cutting_cost
 from .disjoint_sets import DisjointSets
 from .roots import find_roots
 
-_AXES = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
+_AXES = tuple(zip("xyz", AXES, strict=True))
 _ANGLES = {"x": "alpha", "y": "beta", "z": "gamma"}
 
 

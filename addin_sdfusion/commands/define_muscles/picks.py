@@ -14,8 +14,8 @@ from ...fusion.occurrences import every_occurrence
 from ...fusion.units import CM
 from ...muscles.mirror import Plane
 from ...robot.errors import InputError
-from ...robot.model.pose import Vector3
-from ...robot.model.rotations import add, cross, dot, normalized, subtract
+from ...robot.model.pose import Vector3, X
+from ...robot.model.rotations import add, cross, normalized, perpendicular, scale, subtract
 from ...snapshot import SurfaceSnapshot
 from .entities import Entities
 from .model.picks import Pick
@@ -122,20 +122,18 @@ def _nearest(shape: Any, place: Vector3) -> Vector3:
     """Return the nearest position on a plane, cylinder, sphere or line; else the same position."""
     if isinstance(shape, adsk.core.Plane):
         origin, normal = _metres(shape.origin), _direction(shape.normal)
-        return subtract(place, _scaled(normal, dot(normal, subtract(place, origin))))
+        return add(origin, perpendicular(subtract(place, origin), normal))
     if isinstance(shape, adsk.core.Line3D):
         start, end = _metres(shape.startPoint), _metres(shape.endPoint)
-        along = normalized(subtract(end, start))
-        return add(start, _scaled(along, dot(along, subtract(place, start))))
+        line = normalized(subtract(end, start))
+        return subtract(place, perpendicular(subtract(place, start), line))
     if not isinstance(shape, (adsk.core.Cylinder, adsk.core.Sphere)):
         return place
-    foot = _metres(shape.origin)
+    across = subtract(place, _metres(shape.origin))
     if isinstance(shape, adsk.core.Cylinder):
-        axis = _direction(shape.axis)
-        foot = add(foot, _scaled(axis, dot(axis, subtract(place, foot))))
-    across = subtract(place, foot)
-    outward = normalized(across) if any(across) else (1.0, 0.0, 0.0)  # all directions are equal
-    return add(foot, _scaled(outward, shape.radius * CM))
+        across = perpendicular(across, _direction(shape.axis))
+    outward = normalized(across) if any(across) else X  # all directions are equal
+    return add(subtract(place, across), scale(shape.radius * CM, outward))
 
 
 def faces_at(
@@ -199,7 +197,3 @@ def _metres(p: Any) -> Vector3:
 
 def _direction(v: Any) -> Vector3:
     return v.x, v.y, v.z
-
-
-def _scaled(v: Vector3, factor: float) -> Vector3:
-    return factor * v[0], factor * v[1], factor * v[2]

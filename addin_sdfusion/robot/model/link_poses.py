@@ -8,7 +8,8 @@ from .coupling import all_values
 from .joint import Joint, Motion
 from .pose import IDENTITY, Pose
 from .robot import WORLD, Robot
-from .rotations import axis_rotation, compose, inverse, normalized, rpy
+from .rotations import compose, inverse, normalized
+from .transform import motion_transform
 
 
 def initial_poses(robot: Robot) -> dict[str, Pose]:
@@ -42,13 +43,7 @@ def _poses(robot: Robot, displacement: Callable[[Joint, Motion], float]) -> dict
     for joint in robot.joints:
         T = compose(poses[joint.parent], joint.T_parent_joint)
         for motion in joint.motions:
-            T = compose(T, _motion_pose(motion, displacement(joint, motion)))
+            axis = normalized(motion.axis)
+            T = compose(T, motion_transform(motion.kind, axis, displacement(joint, motion)).pose())
         poses[joint.child] = compose(T, inverse(joint.T_child_joint))
     return poses
-
-
-def _motion_pose(motion: Motion, q: float) -> Pose:
-    axis = normalized(motion.axis)
-    if motion.kind == "translation":
-        return Pose((q * axis[0], q * axis[1], q * axis[2]))
-    return Pose(rpy=rpy(axis_rotation(axis, q)))

@@ -6,6 +6,12 @@ from dataclasses import dataclass
 
 Vector3 = tuple[float, float, float]
 
+X: Vector3 = (1.0, 0.0, 0.0)
+Y: Vector3 = (0.0, 1.0, 0.0)
+Z: Vector3 = (0.0, 0.0, 1.0)
+AXES = (X, Y, Z)
+"""Axes of a frame, expressed in it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:

@@ -101,13 +101,32 @@ def subtract(a: Vector3, b: Vector3) -> Vector3:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
+def scale(factor: float, v: Vector3) -> Vector3:
+    """Return the vector times a factor."""
+    return factor * v[0], factor * v[1], factor * v[2]
+
+
+def perpendicular(v: Vector3, axis: Vector3) -> Vector3:
+    """Return the component of a vector perpendicular to a unit vector."""
+    return subtract(v, scale(dot(v, axis), axis))
+
+
+def quaternion_rotation(w: float, x: float, y: float, z: float) -> Matrix3:
+    """Return the rotation matrix of a unit quaternion."""
+    return (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
+    )
+
+
 def normalized(v: Vector3) -> Vector3:
     """Return the unit vector along v; return v if it is a unit vector or has no direction."""
     norm = math.hypot(*v)
     if norm == 0.0 or not math.isfinite(norm) or abs(norm - 1.0) <= UNIT_TOLERANCE:
         return v
     if norm < sys.float_info.min:  # a subnormal norm is too inaccurate for a division
-        return normalized((v[0] * _LARGE, v[1] * _LARGE, v[2] * _LARGE))
+        return normalized(scale(_LARGE, v))
     return v[0] / norm, v[1] / norm, v[2] / norm
 
 

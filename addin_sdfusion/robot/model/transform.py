@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
-from .pose import Pose, Vector3
-from .rotations import Matrix3, add, multiply, rotate, rpy, subtract, transpose
+from .pose import AXES, Pose, Vector3
+from .rotations import (
+    Matrix3,
+    add,
+    axis_rotation,
+    multiply,
+    rotate,
+    rotation,
+    rpy,
+    scale,
+    subtract,
+    transpose,
+)
 
 
 class Transform(NamedTuple):
@@ -18,6 +29,11 @@ class Transform(NamedTuple):
 
     R: Matrix3
     p: Vector3
+
+    @staticmethod
+    def of(pose: Pose) -> Transform:
+        """Return a pose as a transform."""
+        return Transform(rotation(pose.rpy), pose.position)
 
     def apply(self, point: Vector3) -> Vector3:
         """Transform a point, in [m]."""
@@ -50,7 +66,22 @@ class Transform(NamedTuple):
         return Pose(tidy(self.p), angles)
 
 
-IDENTITY = Transform(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0))
+IDENTITY = Transform(AXES, (0.0, 0.0, 0.0))
+
+
+def motion_transform(
+    kind: Literal["rotation", "translation"], axis: Vector3, value: float
+) -> Transform:
+    """Return the transform of a motion about or along an axis.
+
+    Args:
+        kind: Kind of the motion.
+        axis: Unit vector.
+        value: In [rad] or [m].
+    """
+    if kind == "rotation":
+        return Transform(axis_rotation(axis, value), IDENTITY.p)
+    return Transform(IDENTITY.R, scale(value, axis))
 
 
 def tidy(v: Vector3) -> Vector3:

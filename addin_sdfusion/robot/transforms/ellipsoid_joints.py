@@ -17,12 +17,9 @@ from typing import NamedTuple
 
 from ..model.function import constant, linear
 from ..model.joint import Motion
-from ..model.pose import Vector3
+from ..model.pose import Vector3, X, Y, Z
 from ..model.rotations import cross
 
-X: Vector3 = (1.0, 0.0, 0.0)
-Y: Vector3 = (0.0, 1.0, 0.0)
-Z: Vector3 = (0.0, 0.0, 1.0)
 BACK: Vector3 = (-1.0, 0.0, 0.0)
 A_, B_, C_, WINGING = range(4)
 """Indices of the coordinates: three angles, and the winging of a scapula off its ellipsoid."""

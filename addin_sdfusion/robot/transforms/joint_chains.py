@@ -17,8 +17,8 @@ from ..model.function import ITSELF, linear
 from ..model.joint import Coordinate, Joint, Motion
 from ..model.pose import IDENTITY, Pose
 from ..model.robot import WORLD, Robot
-from ..model.rotations import axis_rotation, compose
-from ..model.transform import Transform
+from ..model.rotations import compose
+from ..model.transform import motion_transform
 
 _MAX_UNDERSCORES = 8
 """Maximum number of underscores appended to a name."""
@@ -125,8 +125,4 @@ def _from_zero(motion: Motion) -> tuple[Pose, Motion | None]:
 
 def fixed_pose(motion: Motion) -> Pose:
     """Return the pose of a motion at coordinate 0."""
-    offset = motion.displacement(0.0)
-    if motion.kind == "rotation":
-        return Transform(axis_rotation(motion.axis, offset), (0.0, 0.0, 0.0)).pose()
-    x, y, z = (offset * component for component in motion.axis)
-    return Pose((x, y, z))
+    return motion_transform(motion.kind, motion.axis, motion.displacement(0.0)).pose()

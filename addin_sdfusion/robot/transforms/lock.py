@@ -12,10 +12,9 @@ from dataclasses import replace
 from ..errors import InputError
 from ..finding_builders import all_muscles
 from ..model.joint import Joint, Motion
-from ..model.pose import Pose
 from ..model.robot import Robot, find
-from ..model.rotations import axis_rotation, normalized, rotate, rotation
-from ..model.transform import IDENTITY, Transform
+from ..model.rotations import normalized, rotate
+from ..model.transform import IDENTITY, Transform, motion_transform
 
 
 def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
@@ -62,12 +61,13 @@ def _remove_locked(joint: Joint, positions: Mapping[str, float]) -> Joint:
     left = tuple(c for c in joint.coordinates if c.name not in positions)
     if left == joint.coordinates:
         return joint
-    before, R, p = _transform(joint.T_parent_joint), IDENTITY.R, IDENTITY.p
+    before, R, p = Transform.of(joint.T_parent_joint), IDENTITY.R, IDENTITY.p
     motions: list[Motion] = []
     for motion in joint.motions:  # R and p are the locked transform since the last free motion
         coordinate = joint.coordinates[motion.coordinate]
         if coordinate.name in positions:
-            R, p = Transform(R, p).compose(_motion_transform(motion, positions[coordinate.name]))
+            T = motion_transform(motion.kind, motion.axis, positions[coordinate.name])
+            R, p = Transform(R, p).compose(T)
             continue
         if all(m.kind == "translation" for m in motions):  # translations commute
             before, p = before.compose(Transform(IDENTITY.R, p)), IDENTITY.p
@@ -75,7 +75,7 @@ def _remove_locked(joint: Joint, positions: Mapping[str, float]) -> Joint:
             raise _between_rotations(joint, positions)
         axis = normalized(rotate(R, motion.axis))
         motions.append(replace(motion, axis=axis, coordinate=left.index(coordinate)))
-    T_child_next = _transform(joint.T_child_joint).compose(Transform(R, p).inverse())
+    T_child_next = Transform.of(joint.T_child_joint).compose(Transform(R, p).inverse())
     return replace(
         joint,
         motions=tuple(motions),
@@ -90,15 +90,3 @@ def _between_rotations(joint: Joint, positions: Mapping[str, float]) -> InputErr
     name = next(c.name for c in coordinates if c.unit == "m" and positions.get(c.name))
     problem = "a translation between two rotations of a joint can only be locked at 0"
     return InputError(problem, key=f"coordinates.{name}.locked")
-
-
-def _transform(pose: Pose) -> Transform:
-    return Transform(rotation(pose.rpy), pose.position)
-
-
-def _motion_transform(motion: Motion, value: float) -> Transform:
-    """Return the transform of a motion by a value, in [rad] or [m]."""
-    if motion.kind == "rotation":
-        return Transform(axis_rotation(motion.axis, value), (0.0, 0.0, 0.0))
-    x, y, z = motion.axis
-    return Transform(IDENTITY.R, (value * x, value * y, value * z))

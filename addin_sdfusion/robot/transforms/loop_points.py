@@ -25,9 +25,11 @@ from ..model.rotations import (
     dot,
     multiply,
     normalized,
+    perpendicular,
     rotate,
     rotation,
     rpy,
+    scale,
     subtract,
     transpose,
 )
@@ -96,7 +98,7 @@ def loop_points(loop: LoopJoint, names: Names) -> tuple[LoopPoint, ...]:
 def _shifts(loop: LoopJoint) -> tuple[_Shift, ...] | None:
     """Return suffix, kind and the points in the joint frames of parent and child, in [m]."""
     zero = IDENTITY.position
-    along = [_times(ARM, axis) for axis in loop.axes]
+    along = [scale(ARM, axis) for axis in loop.axes]
     if loop.type == "ball":
         return (("", "point", zero, zero),)
     if loop.type == "revolute":
@@ -106,7 +108,7 @@ def _shifts(loop: LoopJoint) -> tuple[_Shift, ...] | None:
     if loop.type not in ("cylindrical", "prismatic"):
         return None
     first: tuple[_Shift, _Shift] = ("", "line", zero, zero), ("_axis", "line", zero, along[0])
-    side = _times(ARM, _orthogonal(loop.axes[0]))
+    side = scale(ARM, _orthogonal(loop.axes[0]))
     return first if loop.type == "cylindrical" else (*first, ("_turn", "line", side, side))
 
 
@@ -197,7 +199,8 @@ def _prismatic(first: LoopPoint, second: LoopPoint, third: LoopPoint) -> LoopJoi
         return None
     axis, (side, side_in_child) = first.direction, _between(first, third)
     axis_in_child = normalized(subtract(second.in_child, first.in_child))
-    across, across_in_child = _across(side, axis), _across(side_in_child, axis_in_child)
+    across = perpendicular(side, axis)
+    across_in_child = perpendicular(side_in_child, axis_in_child)
     if not _is_same_length(across, across_in_child):
         return None
     R = multiply(
@@ -226,15 +229,6 @@ def _between(first: LoopPoint, second: LoopPoint) -> tuple[Vector3, Vector3]:
 def _is_same_length(a: Vector3, b: Vector3) -> bool:
     length = math.hypot(*a)
     return length > 0.0 and abs(math.hypot(*b) - length) <= _EQUAL * length
-
-
-def _times(factor: float, v: Vector3) -> Vector3:
-    x, y, z = v
-    return factor * x, factor * y, factor * z
-
-
-def _across(v: Vector3, axis: Vector3) -> Vector3:
-    return subtract(v, _times(dot(v, axis), axis))
 
 
 def _orthogonal(axis: Vector3) -> Vector3:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ....muscles.point_names import natural_key
+from ....robot.model.pose import X, Y, Z
 from ....robot.model.robot import WORLD
 from ...dialogs import Input
 from ..model.links import used_links
@@ -16,9 +17,9 @@ if TYPE_CHECKING:
     from ...inputs import Inputs
 
 PLANES = {
-    "YZ plane (x changes sign)": (1.0, 0.0, 0.0),
-    "XZ plane (y changes sign)": (0.0, 1.0, 0.0),
-    "XY plane (z changes sign)": (0.0, 0.0, 1.0),
+    "YZ plane (x changes sign)": X,
+    "XZ plane (y changes sign)": Y,
+    "XY plane (z changes sign)": Z,
 }
 """Planes through the origin of the design, with their normals."""
 PICKED_PLANE = "A picked plane"

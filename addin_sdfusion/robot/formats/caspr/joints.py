@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from ...model import pose
 from ...model.joint import Motion, MotionKind
-from ...model.pose import Vector3
 
-AXES: dict[str, Vector3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+AXES = dict(zip("xyz", pose.AXES, strict=True))
 ANGLES = {"x": "alpha", "y": "beta", "z": "gamma"}
 
 

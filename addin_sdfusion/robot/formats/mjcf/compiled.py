@@ -22,7 +22,7 @@ from ...errors import InputError
 from ...json_text import json_text
 from ...limits import MIB, MJCF_MEMORY, MJCF_SECONDS, MUSCLES_WITHOUT_RANGE
 from ...model.pose import Vector3
-from ...model.rotations import Matrix3
+from ...model.rotations import Matrix3, quaternion_rotation
 from ...model.transform import IDENTITY, Transform
 from .document import Document
 
@@ -169,8 +169,4 @@ def rotation_of(q: list[float]) -> Matrix3:
     w, x, y, z = q
     if (x, y, z) == (0.0, 0.0, 0.0):
         return IDENTITY.R
-    return (
-        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
-        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
-        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
-    )
+    return quaternion_rotation(w, x, y, z)

@@ -9,15 +9,14 @@ from dataclasses import replace
 from ...finding import Subject
 from ...model.function import ITSELF, constant, linear
 from ...model.joint import Coordinate, Joint, Motion
-from ...model.pose import Vector3
-from ...model.rotations import axis_rotation, normalized, subtract
-from ...model.transform import IDENTITY, Transform
+from ...model.pose import AXES, Vector3
+from ...model.rotations import normalized, subtract
+from ...model.transform import IDENTITY, Transform, motion_transform
 from ...transforms.joint_chains import Names
 from ..reading.xml import ZERO, Node
 from .compiled import Compiled, Row, transform, vector
 from .document import Document
 
-AXES: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ANGLES = {"ball": 3, "free": 6}
 """Number of coordinates of joints that use a quaternion in MuJoCo."""
 
@@ -48,7 +47,9 @@ def _joint(document: Document, compiled: Compiled, body: Row, number: int, names
         current = place
         joint_motions, joint_coordinates = _motions(document, compiled, row, len(coordinates))
         if not motions and len(joint_motions) == 1 and joint_motions[0].function != ITSELF:
-            first, joint_motions = _without_offset(joint_motions[0])
+            (moved,) = joint_motions
+            first = motion_transform(moved.kind, moved.axis, moved.displacement(0.0))
+            joint_motions = [replace(moved, function=ITSELF)]
         motions += joint_motions
         coordinates += joint_coordinates
     name = coordinates[0].name if len(coordinates) == 1 else f"{body['name']}_joint"
@@ -120,17 +121,6 @@ def _shift(by: Vector3) -> list[Motion]:
     """Return a constant translation, between hinges at different positions."""
     length = math.hypot(*by)
     return [Motion("translation", normalized(by), 0, constant(length))] if length else []
-
-
-def _without_offset(motion: Motion) -> tuple[Transform, list[Motion]]:
-    """Return a constant transform and a motion without offset that are equal to a motion."""
-    way = motion.displacement(0.0)
-    if motion.kind == "rotation":
-        T = Transform(axis_rotation(motion.axis, way), ZERO)
-    else:
-        x, y, z = (way * w for w in motion.axis)
-        T = Transform(IDENTITY.R, (x, y, z))
-    return T, [replace(motion, function=ITSELF)]
 
 
 def _quaternion_joint(

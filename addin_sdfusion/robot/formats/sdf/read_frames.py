@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ...finding import Subject
 from ...model.pose import IDENTITY, Pose, Vector3
-from ...model.rotations import compose, inverse, rpy
+from ...model.rotations import compose, inverse, quaternion_rotation, rpy
 from ..reading.xml import TRUE, Node, short_repr
 from .names import MODEL_FRAME
 
@@ -162,11 +162,4 @@ def _rpy_of_quaternion(node: Node, x: float, y: float, z: float, w: float) -> Ve
     if norm == 0.0 or not math.isfinite(norm):
         node.error("bad-quaternion", "the quaternion of the pose must be finite and not zero")
         return (0.0, 0.0, 0.0)
-    x, y, z, w = x / norm, y / norm, z / norm, w / norm
-    return rpy(
-        (
-            (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-            (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-            (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-        )
-    )
+    return rpy(quaternion_rotation(w / norm, x / norm, y / norm, z / norm))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from ...finding import Subject
 from ...model.joint import Coordinate, Joint, Motion, MotionKind
-from ...model.pose import Pose, Vector3
+from ...model.pose import AXES, Pose, Vector3, Z
 from ...model.robot import WORLD
 from ...model.rotations import compose, inverse, normalized, rotate, rotation
 from ..reading.xml import TRUE, Node, short_repr
@@ -24,9 +24,8 @@ JOINT_TYPES: dict[str, tuple[MotionKind, ...]] = {
     "fixed": (),
 }
 """Motions of the supported joint types."""
-BALL = {"alpha": (1.0, 0.0, 0.0), "beta": (0.0, 1.0, 0.0), "gamma": (0.0, 0.0, 1.0)}
-"""Axes of a ball joint, which has no coordinates in SDF: Rx(alpha) Ry(beta) Rz(gamma)."""
-Z: Vector3 = (0.0, 0.0, 1.0)
+BALL = ("alpha", "beta", "gamma")
+"""Angles of a ball joint, which has no coordinates in SDF: Rx(alpha) Ry(beta) Rz(gamma)."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,7 @@ def read_joint(node: Node, model: Model) -> Joint:
 
 
 def _ball(joint: Joint, node: Node) -> Joint:
-    motions = tuple(Motion("rotation", axis, k) for k, axis in enumerate(BALL.values()))
+    motions = tuple(Motion("rotation", axis, k) for k, axis in enumerate(AXES))
     names = [f"{joint.name}_{angle}" for angle in BALL]
     for name in names:
         node.with_subject(Subject("coordinate", name))

@@ -8,15 +8,12 @@ from collections.abc import Container
 from ...finding import Subject
 from ...model.function import linear
 from ...model.joint import Coordinate, Joint, Motion, MotionKind, Term
-from ...model.pose import Vector3
+from ...model.pose import AXES, Vector3, X
 from ...model.rotations import cross, normalized
 from ..reading.xml import Node, short_repr
 from .capabilities import NO_LIMIT
 from .read_links import read_origin
 
-X: Vector3 = (1.0, 0.0, 0.0)
-Y: Vector3 = (0.0, 1.0, 0.0)
-Z: Vector3 = (0.0, 0.0, 1.0)
 SINGLE_AXIS_TYPES: dict[str, MotionKind] = {
     "revolute": "rotation",
     "continuous": "rotation",
@@ -66,11 +63,11 @@ def _motions_and_coordinates(
     kinds: str
     words: tuple[str, ...]
     if type_ == "floating":
-        axes, kinds, words = (X, Y, Z) * 2, "tttrrr", FREE
+        axes, kinds, words = AXES * 2, "tttrrr", FREE
         node.warning("floating-angles", "it rotates by Rx(alpha) Ry(beta) Rz(gamma) here")
     else:
         normal = _axis(node)
-        unit = min((X, Y, Z), key=lambda e: abs(sum(map(float.__mul__, e, normal))))
+        unit = min(AXES, key=lambda e: abs(sum(map(float.__mul__, e, normal))))
         u = normalized(cross(unit, normal))
         axes, kinds, words = (u, cross(normal, u), normal), "ttr", ("x", "y", "angle")
     names = [f"{name}_{word}" for word in words]

@@ -8,7 +8,7 @@ from dataclasses import replace
 from ....finding import Subject
 from ....model.function import ITSELF
 from ....model.joint import Coordinate, Joint, Motion, MotionKind
-from ....model.pose import Vector3
+from ....model.pose import Vector3, X, Y, Z
 from ....model.robot import WORLD
 from ....model.rotations import normalized
 from ....transforms.ellipsoid_joints import OverEllipsoid
@@ -18,9 +18,6 @@ from .document import text
 from .frames import Frames, pose_of
 from .functions import read_terms
 
-X: Vector3 = (1.0, 0.0, 0.0)
-Y: Vector3 = (0.0, 1.0, 0.0)
-Z: Vector3 = (0.0, 0.0, 1.0)
 CUSTOM = "CustomJoint"
 
 Moves = tuple[tuple[MotionKind, Vector3, int], ...]

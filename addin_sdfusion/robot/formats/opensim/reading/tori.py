@@ -22,7 +22,7 @@ from ....model.link_poses import link_poses
 from ....model.muscle import Muscle, ViaPoint, Wrap, WrapSurface
 from ....model.pose import Pose, Vector3
 from ....model.robot import Robot
-from ....model.rotations import add, apply, compose, dot, inverse, subtract
+from ....model.rotations import add, apply, compose, dot, inverse, scale, subtract
 from ....model.transform import Transform
 from ...reading.xml import Node
 
@@ -108,7 +108,7 @@ class _InitialPositions:
         place = point.position
         for move in point.moves:
             q = min(max(self._values[move.coordinate], move.low), move.high)
-            place = add(place, _times(value(move.function, q), move.axis))
+            place = add(place, scale(value(move.function, q), move.axis))
         return place
 
 
@@ -154,7 +154,7 @@ def _nearest(ring: float, a: Vector3, b: Vector3) -> float:
     def distance(angle: float) -> float:
         p = (ring * math.cos(angle), ring * math.sin(angle), 0.0)
         t = dot(along, subtract(p, a)) / max(dot(along, along), MIN_RATIO * MIN_RATIO)
-        return math.dist(p, add(a, _times(t, along)))
+        return math.dist(p, add(a, scale(t, along)))
 
     step = 2.0 * math.pi / RING_SAMPLES
     best = min((k * step for k in range(RING_SAMPLES)), key=distance)
@@ -162,7 +162,3 @@ def _nearest(ring: float, a: Vector3, b: Vector3) -> float:
         step *= 0.5
         best = min((best - step, best, best + step), key=distance)
     return best
-
-
-def _times(factor: float, v: Vector3) -> Vector3:
-    return factor * v[0], factor * v[1], factor * v[2]

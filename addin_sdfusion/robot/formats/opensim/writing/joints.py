@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 
 from ....model.function import ITSELF
 from ....model.joint import Coordinate, Joint, Motion
-from ....model.pose import Pose, Vector3
+from ....model.pose import AXES, Pose, Vector3, X, Z
 from ....model.robot import Robot
 from ....model.rotations import rotation
 from ....transforms.ellipsoid_joints import OverEllipsoid, over_ellipsoid
@@ -25,10 +25,9 @@ from .bodies import add_massless, frame_path, placement
 from .functions import add_function, can_write_sum
 
 PINS: dict[tuple[str, Vector3], str] = {
-    ("rotation", (0.0, 0.0, 1.0)): "PinJoint",
-    ("translation", (1.0, 0.0, 0.0)): "SliderJoint",
+    ("rotation", Z): "PinJoint",
+    ("translation", X): "SliderJoint",
 }
-_OTHERS: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 Ranges = Mapping[str, tuple[float, float]]
 
 
@@ -149,7 +148,7 @@ def _directions(directions: list[Vector3]) -> list[Vector3]:
     """Return three linearly independent directions that begin with the given ones."""
     axes = list(directions[:3])
     while len(axes) < 3:
-        axes.append(next(x for x in _OTHERS if all(_is_independent(x, other) for other in axes)))
+        axes.append(next(x for x in AXES if all(_is_independent(x, other) for other in axes)))
     return axes
 
 

@@ -11,7 +11,7 @@ from ....finding import Subject
 from ....model.function import Function, Polynomial, constant
 from ....model.muscle import Muscle, ViaPoint
 from ....model.muscle_path import PointMotion
-from ....model.pose import Vector3
+from ....model.pose import AXES
 from ....model.robot import Robot
 from ...capability import FeaturePlace
 from ...writing.xml_text import element, numbers
@@ -20,7 +20,6 @@ from .functions import add_function
 
 EDGE = 1e-5
 """A conditional point is also active this far beyond its range in OpenSim; in [rad] or [m]."""
-UNITS: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 Range = tuple[float, float]
 
 
@@ -90,9 +89,9 @@ def _axis_motions(point: ViaPoint) -> list[PointMotion | None] | None:
     """Return the motion along each axis of the link, or None if OpenSim cannot hold them."""
     motions: list[PointMotion | None] = [None, None, None]
     for move in point.moves:
-        if move.axis not in UNITS or motions[UNITS.index(move.axis)] is not None:
+        if move.axis not in AXES or motions[AXES.index(move.axis)] is not None:
             return None
-        motions[UNITS.index(move.axis)] = move
+        motions[AXES.index(move.axis)] = move
     return motions
 
 
