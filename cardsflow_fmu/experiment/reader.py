@@ -35,13 +35,14 @@ from .packed_files import (
 from .settings.controller import read_controller
 from .settings.controller_types import DEFAULT_GAINS, FEEDBACK, POLICY, control_type
 from .settings.estimator import EstimatorTable, read_estimator
-from .settings.faults import read_faults
+from .settings.faults import FaultsTable, read_faults
 from .settings.file import ExperimentTables
 from .settings.hardware import HardwareSettings, read_hardware
 from .settings.loads import complete_wiring, read_disturbance
 from .settings.muscles import with_muscle_settings
-from .settings.plant import PlantSettings
+from .settings.plant import PlantSettings, StartSettings
 from .settings.predictive import MPC, require_bounds, require_predictable
+from .settings.reference import ReferenceSettings
 from .settings.robots import combine_robots, read_parts, read_robot, robot_names
 from .settings.run import RunSettings
 from .start import read_controller_gains, read_reference
@@ -137,49 +138,22 @@ def experiment_settings(
     data = _add_default_gains(_follow_motion(data))
     tables = ExperimentTables.read(data, context)
     robots, in_file = _read_robots(tables, context, named, reading)
-    robot = with_muscle_settings(robots["robot"], tables.muscles, context)
+    robot = robots["robot"] = with_muscle_settings(robots["robot"], tables.muscles, context)
     data = with_dependent(data, robot, file)
     context = Context(file, robot_names(robot))
     mains = [robots["robot_path"], *(part.files[0] for part in robots.get("parts", ()))]
     roots = mesh_roots(file, mains, named)
-    if tables.reference is not None and tables.reference.file is not None:
-        require_packable(tables.reference.file, roots, "reference.file")
-    for muscle in robot.muscles:
-        if muscle.model.custom is not None:
-            require_packable(Path(muscle.model.custom.file), roots, f"muscles.{muscle.name}.model")
-    law, custom_space = tables.controller.type, tables.controller.custom_space
-    motion = data.get("motion")
-    start, reference = read_reference(
-        with_resting_points(data, robot),
-        data.get("start", {}),
-        "joint" if law is None else control_type(law, custom_space).space,
-        context,
-        robots["robot_path"],
-        robot,
-        in_file,
-        closing_dynamics(data, robot),
-        has_free_start=bool(FREE_STARTS & set(motion or {})),
-    )
+    _require_packable_files(tables, robot, roots)
+    start, reference = _read_motion(data, tables, context, robots, in_file)
     context = Context(file, robot_names(robot, reference.space))
-    run = tables.run
-    if run.duration is None:
-        run = run.copy_with(duration=whole_duration(reference.duration, run.step))
-    require_multiple(run.duration, run.step, "run.step", file=file, key="run.duration")
-    disturbance = read_disturbance(data.get("disturbance", {}), context)
-    world = {}
-    if data.get("world"):
-        world = _read_world(tables, robot, mains[0].parent, roots, context)
+    run = _read_run(tables.run, reference, context)
+    folder = mains[0].parent
+    world = _read_world(tables, robot, folder, roots, context) if data.get("world") else {}
     plant = _read_plant(data.get("plant", {}), context, robot, run, world.get("scene"))
-    hardware = read_hardware(data.get("hardware", {}), context, run.step)
-    folder = mains[0].parent if tables.robots is None else None
-    estimator = _read_estimator(data.get("estimator"), tables, context, robot, folder, run)
-    if hardware.use and not hardware.has_positions:
-        _require_estimate(estimator, context)
-    faults = read_faults(data.get("faults"), context, estimator, run.step)
-    wiring = complete_wiring(tables.wiring, robot, disturbance, plant)
-    if estimator is not None:
-        sensor_wiring = _estimator_wiring(robot, estimator, hardware, has_faults=faults is not None)
-        wiring = sensor_wiring | wiring
+    sensing = _read_sensing(data, tables, context, robot, folder, run)
+    disturbance = read_disturbance(data.get("disturbance", {}), context)
+    wiring = _estimator_wiring(robot, **sensing)
+    wiring |= complete_wiring(tables.wiring, robot, disturbance, plant)
     controller = read_controller(data["controller"], context, run, reference.space, start)
     if controller.type == MPC:
         require_predictable(robot, plant, "scene" in world, controller.engine, context)
@@ -187,10 +161,10 @@ def experiment_settings(
     controller, feedback = read_controller_gains(
         controller, tables.reference, reference, context, robot, roots
     )
+    motion = data.get("motion")
     return {
         "file": file,
         **robots,
-        "robot": robot,
         "reference": reference,
         "feedback": feedback,
         "motion": None if motion is None else MotionTable.read(motion, context, "motion"),
@@ -200,14 +174,72 @@ def experiment_settings(
         "controller": controller,
         "run": run,
         "wiring": wiring,
-        "estimator": estimator,
-        "faults": faults,
+        **sensing,
         "fmus": tables.fmus.by_role,
         **world,
-        "hardware": hardware,
         "about": tables.about,
         "named": named,
     }
+
+
+def _require_packable_files(
+    tables: ExperimentTables, robot: Robot, roots: tuple[Path, ...]
+) -> None:
+    """Check that the files of the reference and of custom muscle laws may be packed."""
+    if tables.reference is not None and tables.reference.file is not None:
+        require_packable(tables.reference.file, roots, "reference.file")
+    for muscle in robot.muscles:
+        if muscle.model.custom is not None:
+            require_packable(Path(muscle.model.custom.file), roots, f"muscles.{muscle.name}.model")
+
+
+def _read_motion(
+    data: Mapping[str, Any],
+    tables: ExperimentTables,
+    context: Context,
+    robots: Mapping[str, Any],
+    in_file: list[str],
+) -> tuple[StartSettings, ReferenceSettings]:
+    """Read the initial state and the reference, in the space that the controller controls."""
+    law, robot = tables.controller.type, robots["robot"]
+    space = "joint" if law is None else control_type(law, tables.controller.custom_space).space
+    return read_reference(
+        with_resting_points(data, robot),
+        data.get("start", {}),
+        space,
+        context,
+        robots["robot_path"],
+        robot,
+        in_file,
+        closing_dynamics(data, robot),
+        has_free_start=bool(FREE_STARTS & set(data.get("motion") or {})),
+    )
+
+
+def _read_run(run: RunSettings, reference: ReferenceSettings, context: Context) -> RunSettings:
+    """Return the run with its duration, which is a multiple of its step."""
+    if run.duration is None:
+        run = run.copy_with(duration=whole_duration(reference.duration, run.step))
+    require_multiple(run.duration, run.step, "run.step", file=context.file, key="run.duration")
+    return run
+
+
+def _read_sensing(
+    data: Mapping[str, Any],
+    tables: ExperimentTables,
+    context: Context,
+    robot: Robot,
+    folder: Path,
+    run: RunSettings,
+) -> dict[str, Any]:
+    """Read hardware, estimator, and detection of faults; return them by attribute."""
+    hardware = read_hardware(data.get("hardware", {}), context, run.step)
+    calibrated = folder if tables.robots is None else None
+    estimator = _read_estimator(data.get("estimator"), tables, context, robot, calibrated, run)
+    if hardware.use and not hardware.has_positions:
+        _require_estimate(estimator, context)
+    faults = read_faults(data.get("faults"), context, estimator, run.step)
+    return {"hardware": hardware, "estimator": estimator, "faults": faults}
 
 
 def _read_estimator(
@@ -239,9 +271,14 @@ def _require_estimate(estimator: EstimatorTable | None, context: Context) -> Non
 
 
 def _estimator_wiring(
-    robot: Robot, estimator: EstimatorTable, hardware: HardwareSettings, *, has_faults: bool
+    robot: Robot,
+    hardware: HardwareSettings,
+    estimator: EstimatorTable | None,
+    faults: FaultsTable | None,
 ) -> dict[str, str | float]:
-    """Return the connections of the estimator."""
+    """Return the connections of the estimator; none without an estimator."""
+    if estimator is None:
+        return {}
     return dict(
         estimation_wiring(
             robot,
@@ -249,7 +286,7 @@ def _estimator_wiring(
             uses_estimate=estimator.feedback,
             has_hardware=hardware.use,
             has_tensions=hardware.has_tensions,
-            has_faults=has_faults,
+            has_faults=faults is not None,
         )
     )
 

@@ -161,12 +161,25 @@ def calibrate(
     notes = (*notes, *limit_notes)
     spread = measurement_noise(windows)
     problem = CalibrationProblem(robot, parameters, spread, prior_sd.inertia, seen=seen)
-    z = np.zeros(len(parameters))
+    fitted, some, work = _fit_in_stages(problem, windows, progress)
+    require_valid(problem.robot_at(fitted.z))
+    result = _build_result(robot, problem, fitted, some, held_out, spread, notes)
+    work.end_stage()
+    _require_better(result)
+    return result
+
+
+def _fit_in_stages(
+    problem: CalibrationProblem,
+    windows: list[Window],
+    progress: Callable[[int, int], None] | None,
+) -> tuple[Fit, list[Window], FitProgress]:
+    """Return the fit, its windows, and the progress before the evaluation of the result."""
+    z = np.zeros(len(problem.parameters))
     stages = [
-        _subsample(_shorten(windows, fraction)[::every], len(parameters))
-        for fraction, every in _STAGES
+        _subsample(_shorten(windows, fraction)[::every], len(z)) for fraction, every in _STAGES
     ]
-    some = _subsample(windows, len(parameters))
+    some = _subsample(windows, len(z))
     work = FitProgress(progress, [*stages, some, some], _STAGE_ITERATIONS)  # last: evaluation
     for stage in stages:
         fitted = fit(problem, stage, z, _STAGE_ITERATIONS, _STAGE_GAIN, work.add_iteration)
@@ -175,12 +188,7 @@ def calibrate(
         z = fitted.z
     fitted = fit(problem, some, z, end_of_iteration=work.add_iteration)
     work.end_stage()
-    fitted = replace(fitted, z=problem.with_zero_friction(fitted.z))
-    require_valid(problem.robot_at(fitted.z))
-    result = _build_result(robot, problem, fitted, some, held_out, spread, notes)
-    work.end_stage()
-    _require_better(result)
-    return result
+    return replace(fitted, z=problem.with_zero_friction(fitted.z)), some, work
 
 
 def _build_result(

@@ -337,17 +337,21 @@ def read_controller(
         raise context.error(
             "controller.passive", "at least one coordinate must not be passive or dependent"
         )
-    require_multiple(
-        settings.period, run.step, "run.step", file=context.file, key="controller.period"
-    )
-    if name == MPC and (horizon := settings.predicted_time) <= settings.period:
-        problem = f"must be longer than the period, {settings.period!r} s, not {horizon!r} s"
-        raise context.error("controller.horizon", problem)
-    if settings.deadline is not None and settings.deadline > settings.period:
-        problem = f"must be at most the period, {settings.period!r} s, not {settings.deadline!r} s"
-        raise context.error("controller.deadline", problem)
+    _check_times(settings, context, run)
     if settings.custom_law is None:
         return settings
     custom_law = settings.custom_law._replace(file=context.file.parent / settings.custom_law.file)
     custom_law.require()
     return settings.copy_with(type=str(custom_law))
+
+
+def _check_times(settings: ControllerSettings, context: Context, run: RunSettings) -> None:
+    """Check the period, and horizon and deadline of model predictive control."""
+    period = settings.period
+    require_multiple(period, run.step, "run.step", file=context.file, key="controller.period")
+    if settings.type == MPC and (horizon := settings.predicted_time) <= period:
+        problem = f"must be longer than the period, {period!r} s, not {horizon!r} s"
+        raise context.error("controller.horizon", problem)
+    if settings.deadline is not None and settings.deadline > period:
+        problem = f"must be at most the period, {period!r} s, not {settings.deadline!r} s"
+        raise context.error("controller.deadline", problem)
