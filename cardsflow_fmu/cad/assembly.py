@@ -99,7 +99,6 @@ class Assembly:
         """Create an assembly from parts.
 
         Args:
-            parts: Parts in the root.
             unit: Unit of length of the shapes, in [m].
         """
         self.places = tuple(_places(parts, ROOT, IDENTITY))
@@ -151,7 +150,6 @@ class Assembly:
         """Return the records of the solids, with masses and triangles.
 
         Args:
-            quality: Resolution of the triangles.
             materials: Materials by path. A material applies to all places below its path, unless
                 they have another one; `ROOT` is the default.
         """

@@ -138,7 +138,6 @@ def mesh_of(shape: Any, T: Transform, quality: MeshQuality, unit: float) -> Mesh
     Args:
         shape: The body.
         T: Pose T_root_shape, lengths in [m].
-        quality: Resolution of the triangles.
         unit: Unit of length of the shape, in [m].
     """
     deflection, angle = _FINENESS[quality]

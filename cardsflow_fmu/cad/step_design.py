@@ -55,11 +55,7 @@ class Tables:
 
 
 def step_design(file: Path, tables: Tables, settings: ExportSettings) -> DesignSnapshot:
-    """Return the snapshot of a STEP file.
-
-    Raises:
-        InputError: The file or a table cannot be read, or a part does not exist.
-    """
+    """Return the snapshot of a STEP file."""
     name, parts = read_step(file)
     assembly = Assembly(parts, MILLIMETRE)
     if tables.joints is None:

@@ -22,9 +22,6 @@ def read_step(file: Path) -> tuple[str, tuple[Part, ...]]:
 
     Returns:
         Name of the assembly (empty for an unnamed assembly or several roots), and its parts.
-
-    Raises:
-        InputError: The file cannot be read.
     """
     with open_file(file, limits.STEP) as stream:
         head = stream.read(_HEAD)

@@ -89,10 +89,6 @@ def wrap_surfaces(
 ) -> tuple[SurfaceSnapshot, ...]:
     """Return the surfaces of a table, each with all muscles that wrap over it.
 
-    Args:
-        rows: Rows of the table.
-        assembly: Assembly with the parts.
-
     Raises:
         InputError: A part, face or muscle does not exist; the message states the line.
     """

@@ -56,9 +56,6 @@ class Cell:
         """Return the quantity in SI units.
 
         A number without unit has the unit of the column, or is in SI units.
-
-        Raises:
-            InputError: The cell is not a quantity.
         """
         match = _QUANTITY.fullmatch(self.text)
         try:
@@ -73,11 +70,7 @@ class Cell:
         return value * units.get(unit, 1.0)
 
     def whole(self) -> int:
-        """Return the cell as a non-negative integer.
-
-        Raises:
-            InputError: The cell is not a non-negative integer.
-        """
+        """Return the cell as a non-negative integer."""
         if not re.fullmatch("[0-9]{1,6}", self.text, re.ASCII):
             raise self.error(f"must be 0, 1, 2, ..., not {self.text!r}")
         return int(self.text)
@@ -141,11 +134,7 @@ def read_joints(file: Path) -> tuple[JointRow, ...]:
 
 
 def read_materials(file: Path) -> tuple[MaterialRow, ...]:
-    """Read a table of materials.
-
-    Raises:
-        InputError: The table is invalid; the message states the line.
-    """
+    """Read a table of materials."""
     rows = []
     for row in read_rows(file, ("part",), ("density", "mass", "material")):
         density, mass = row.get("density"), row.get("mass")
@@ -206,11 +195,7 @@ def _joint(row: Mapping[str, Cell]) -> JointRow:
 
 
 def find_place(cell: Cell, assembly: Assembly) -> Place:
-    """Return the part that a cell names.
-
-    Raises:
-        InputError: The part does not exist or is not unique.
-    """
+    """Return the part that a cell names."""
     try:
         return assembly.find(cell.text)
     except InputError as error:

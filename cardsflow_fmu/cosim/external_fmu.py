@@ -76,7 +76,6 @@ class AdaptedFmu:
 
     Args:
         inner: The initialised FMU.
-        external: The experiment's settings for the FMU.
         ports: The experiment's variables for the role of the FMU.
 
     Raises:
@@ -133,10 +132,7 @@ class _MappedPorts:
     """Inputs or outputs of an FMU with the experiment's names and units.
 
     Args:
-        fmu_names: Names of the FMU's variables.
         mapped: The experiment's name of each mapped variable.
-        units: Units of the FMU's variables.
-        ports: The experiment's ports by name.
         key: Key of the setting, for messages.
 
     Attributes:
@@ -196,11 +192,7 @@ def _conversion(source: Unit | None, target: Unit | None, route: str) -> Convers
 
 
 def specified_units(external: ExternalFmu, fmu_names: Sequence[str]) -> dict[str, Unit]:
-    """Return the units that the experiment specifies for variables of an FMU.
-
-    Raises:
-        UnknownNameError: A variable does not exist.
-    """
+    """Return the units that the experiment specifies for variables of an FMU."""
     units: dict[str, Unit] = {}
     for name, unit in external.units.items():
         variables = members(name, fmu_names)

@@ -29,7 +29,6 @@ class FmuInstance(DescribedFmu):
 
     Args:
         name: Name of the FMU in the wiring.
-        file: The .fmu.
         folder: An empty folder, or a folder with the unpacked FMU. It must exist as long as the
             instance exists.
         start_values: Start values for parameters and other variables, by name.
@@ -99,9 +98,6 @@ class FmuInstance(DescribedFmu):
         """Initialize the instance.
 
         Ctrl-C is handled after the initialization, since hardware may answer slowly.
-
-        Raises:
-            KeyboardInterrupt: Ctrl-C was pressed during initialisation.
         """
         with collect_interrupts() as interrupted:
             try:

@@ -116,7 +116,6 @@ class Stepper:
         """Run steps until `count` are complete, a time is over, or the first failure.
 
         Args:
-            first: Number of the first step.
             count: Maximum number of steps.
             seconds: Time after which no step starts, in [s].
             rows: Memory for the rows of the steps, shape (count or more, 1 + columns).

@@ -25,7 +25,6 @@ def libraries_for(
 
     Args:
         platforms: Names as in FMI 2.0, `linux64`, or FMI 3.0, `x86_64-linux`.
-        folder: Existing folder for compiled libraries.
         native: Whether the library is for native FMUs, which is part of the package.
 
     Returns:
@@ -49,10 +48,6 @@ def compile_for(platform: str, folder: Path, *, native: bool = False) -> Path:
     """Compile the library for a platform by FMI 3.0's name; return the file.
 
     The first time takes a minute or two, because the compiler also builds the C library.
-
-    Raises:
-        InputError: The compiler is missing.
-        SimulationError: The compilation failed.
     """
     if importlib.util.find_spec("ziglang") is None:
         prebuilt = " this installation contains no prebuilt library for it, and" if native else ""

@@ -65,7 +65,6 @@ def mark_states(fmu: FmuDescription, elements: Sequence[ET.Element], first: int 
     """Set the attributes of states and derivatives.
 
     Args:
-        elements: The element with the attributes of each variable.
         first: Index of the first variable; 0 for value references.
     """
     names = {variable.name: index for index, variable in enumerate(fmu.variables)}

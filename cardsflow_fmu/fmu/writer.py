@@ -64,10 +64,8 @@ def write_fmu(
     """Pack a model into an FMU.
 
     Args:
-        path: The file to write.
         model_class: Class of the model, which the FMU imports by name.
         model_name: Name of the model and of its library: a C identifier.
-        ports: Variables of the model.
         resources: Contents by relative path with `/`, for `model_class.from_resources`.
         step: Preferred communication step, in [s].
         stop_time: Preferred end, in [s].
@@ -80,7 +78,6 @@ def write_fmu(
         sources: Whether the FMU of a native model contains C sources, for other platforms.
         is_continuous: Whether the FMU is for model exchange; otherwise it is for co-simulation.
         about: Texts of `author`, `copyright` and `license`, if specified.
-        results: Reference results to include.
 
     Raises:
         InputError: FMI does not allow a name, or a file cannot be read or written.

@@ -216,11 +216,7 @@ def _reaction_fields(experiment: Experiment) -> tuple[Counts, Fields]:
 
 
 def policy_numbers(experiment: Experiment) -> FloatArray:
-    """Return the numbers of the policy; empty without one.
-
-    Raises:
-        InputError: The policy is invalid, or does not fit the experiment.
-    """
+    """Return the numbers of the policy; empty without one."""
     settings, robot = experiment.controller, experiment.robot
     if settings.policy is None:
         return np.empty(0)

@@ -27,9 +27,6 @@ def import_custom_law(custom: CustomLaw, space: Space) -> Callable[..., Law]:
 
     The methods of the returned class raise errors that name file and line. They also raise an error
     for forces that are not finite.
-
-    Raises:
-        InputError: The file cannot be imported, or the class is not a controller.
     """
     try:
         law = load_class(custom.file, custom.name, CLASSES[space])

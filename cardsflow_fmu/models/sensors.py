@@ -62,11 +62,7 @@ class SensorsModel(CModel):
 
 
 def estimator_settings(experiment: Experiment) -> EstimatorTable:
-    """Return the table [estimator] of an experiment.
-
-    Raises:
-        InputError: The experiment has no table [estimator].
-    """
+    """Return the table [estimator] of an experiment."""
     if experiment.estimator is None:
         raise InputError("the experiment has no table [estimator]", key="estimator")
     return experiment.estimator

@@ -35,7 +35,6 @@ class Journal:
     format many rows. The folder is not changed before `begin`.
 
     Args:
-        folder: The results folder.
         contents: Other files that exist before the first step, by name.
         streamed: Names of files that participants write into the folder.
         form: Format of the table: CSV, an array in NumPy's format .npy, or .npy if the table is

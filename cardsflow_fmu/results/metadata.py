@@ -63,11 +63,7 @@ def read_summary(file: Path) -> dict[str, Any]:
 
 
 def require_summary(summary: Mapping[str, Any], file: Path) -> None:
-    """Check that data is the summary of a run.
-
-    Raises:
-        InputError: The data is invalid.
-    """
+    """Check that data is the summary of a run."""
     if summary.get("status") not in ("complete", "failed", "incomplete"):
         raise _invalid(file, "status")
     for key, types in _TYPES.items():
@@ -98,11 +94,7 @@ def _are_valid_rows(rows: Any, columns: tuple[str, ...]) -> bool:
 
 
 def read_units(file: Path) -> dict[str, str]:
-    """Read the units of a table, by column name.
-
-    Raises:
-        InputError: The file is missing or invalid.
-    """
+    """Read the units of a table, by column name."""
     units = _read(file)
     for name, unit in units.items():
         if not isinstance(unit, str):

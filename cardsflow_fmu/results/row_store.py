@@ -37,18 +37,11 @@ class RowStore:
     when the process ends.
 
     Args:
-        count: Number of rows.
-        columns: Number of columns.
-        folder: Folder of the file.
         file: Empty file for the table in NumPy's format .npy, open for reading and writing
             (default: none). It is complete at any time, with the rows of the last `publish`.
 
     Attributes:
         rows: The table, shape (count, columns).
-
-    Raises:
-        InputError: The file cannot be created in the folder.
-        MachineError: The disk is full.
     """
 
     def __init__(
@@ -112,11 +105,7 @@ def _reserve(descriptor: int, size: int) -> None:
 
 
 def read_npy(file: Path, columns: int) -> FloatArray:
-    """Map a table in NumPy's format .npy into memory, without reading it, shape (rows, columns).
-
-    Raises:
-        InputError: The file is not such a table.
-    """
+    """Map a table in NumPy's format .npy into memory, without reading it, shape (rows, columns)."""
     try:
         rows = np.lib.format.open_memmap(file, mode="r")
     except (OSError, ValueError, SyntaxError, EOFError, MemoryError, OverflowError) as error:

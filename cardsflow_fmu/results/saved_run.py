@@ -144,11 +144,7 @@ def _recomputed_summary(result: ExperimentRunData) -> dict[str, Any]:
 
 
 def read_results(path: Path) -> RunData:
-    """Read table, units and summary of a run.
-
-    Raises:
-        InputError: A file is missing or damaged.
-    """
+    """Read table, units and summary of a run."""
     if path.suffix == ".toml":
         require_not_experiment(path)
     if path.name not in _TABLES and (path.suffix == ".csv" or path.is_file()):

@@ -36,8 +36,6 @@ class DeviceNode:
     protocol.
 
     Args:
-        shown: Robot of the device.
-        settings: Hardware settings of the robot.
         uri: Address of the device's server.
         key: Pre-shared key of the device, or None.
         report: Function that is called with a line of text about the node.

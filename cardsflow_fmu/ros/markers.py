@@ -90,7 +90,6 @@ def body_markers(
     Args:
         time_ns: Time of the markers, shape (1,), in [ns].
         stage: Scene of the robot at any joint positions.
-        meshes: Surfaces of the links.
     """
     poses = link_poses(robot, stage.motion.q[:1])
     frames = urdf_frames(robot)

@@ -33,11 +33,7 @@ _QOS = """- history: {history}
 
 
 class McapWriter:
-    """Writer of messages, as a context manager that completes the file.
-
-    Raises:
-        InputError: A package of the extra `ros2` is missing.
-    """
+    """Writer of messages, as a context manager that completes the file."""
 
     def __init__(self, stream: BinaryIO, topics: Sequence[Topic]) -> None:
         require_ros()

@@ -40,7 +40,6 @@ def published(
     A thread publishes the newest row at 50 Hz.
 
     Args:
-        experiment: The experiment of the run.
         report: Function that is called with a line of text about the node.
 
     Raises:
@@ -96,7 +95,6 @@ class RunPublisher:
     """Publisher of the newest row of a run.
 
     Args:
-        shown: The robot of the run.
         has_clock: Whether the time of the run is published on `/clock`.
         without: Names of topics that another object publishes.
 

@@ -71,11 +71,7 @@ def convert_run(path: str | Path, file: str | Path, *, overwrite: bool = False) 
 
 @np.errstate(over="ignore", invalid="ignore")  # a run may have diverged
 def write_recording(run: RunData, file: Path) -> McapRecording:
-    """Write a run as an MCAP file; see `convert_run`.
-
-    Raises:
-        InputError: The run has no rows.
-    """
+    """Write a run as an MCAP file; see `convert_run`."""
     if not len(run.rows):
         raise InputError("the run has no rows to record")
     robot = run.experiment.robot if isinstance(run, ExperimentRunData) else None

@@ -32,7 +32,6 @@ def frame_transforms(robot: Robot, q: FloatArray) -> Iterator[tuple[str, str, Fl
     """Yield parent, child and T_parent_child, shape (K, 4, 4), of each URDF frame.
 
     Args:
-        robot: A valid robot.
         q: Joint positions at K times, shape (K, n), in [rad] or [m].
     """
     if robot.driven_joints:

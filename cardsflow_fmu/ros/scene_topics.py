@@ -105,9 +105,6 @@ class SceneTopics:
         """Return the rows of a run to visualise, at a fixed rate.
 
         Rows with joint positions that are not finite are omitted.
-
-        Raises:
-            UnknownNameError: The run does not contain a joint position.
         """
         rows = frame_rows(run["time"], RATE)
         is_finite = np.isfinite(run.columns(coordinate_signals("q", self._robot))[rows]).all(axis=1)

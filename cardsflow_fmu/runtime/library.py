@@ -31,9 +31,6 @@ class Platform(NamedTuple):
 
         Args:
             fmi: `2.0` or `3.0`.
-
-        Raises:
-            InputError: FMI 2.0 has no name for it.
         """
         if fmi != "2.0":
             return self.tuple
@@ -60,11 +57,7 @@ _MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64
 
 
 def find_platform(name: str) -> Platform:
-    """Find a platform by its name in FMI 2.0 or 3.0, such as `linux64` or `x86_64-linux`.
-
-    Raises:
-        UnknownNameError: The platform does not exist.
-    """
+    """Find a platform by its name in FMI 2.0 or 3.0, such as `linux64` or `x86_64-linux`."""
     for entry in PLATFORMS.values():
         if name in (entry.tuple, entry.fmi2):
             return entry
@@ -73,11 +66,7 @@ def find_platform(name: str) -> Platform:
 
 
 def this_platform() -> Platform:
-    """Return the platform of this process.
-
-    Raises:
-        InputError: FMI has no name for it.
-    """
+    """Return the platform of this process."""
     machine, system = platform.machine(), sys.platform
     entry = PLATFORMS.get(f"{_MACHINES.get(machine.lower())}-{_SYSTEMS.get(system)}")
     if entry is None:
@@ -93,9 +82,6 @@ def library_path(*, native: bool = False) -> Path:
 
     The environment variable `CARDSFLOW_LIBRARY_DIR` replaces the folder of the installation, for
     example by one with a sanitized build.
-
-    Raises:
-        InputError: The library does not exist.
     """
     target = (NATIVE if native else FMI).target
     path = _root() / f"{target}{this_platform().suffix}"

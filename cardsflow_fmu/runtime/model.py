@@ -24,7 +24,6 @@ class FmuModel(ABC):
     values.
 
     Args:
-        ports: The variables.
         values: Memory for the variables, shape (len(ports),) (default: allocated).
 
     Attributes:

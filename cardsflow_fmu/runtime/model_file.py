@@ -75,11 +75,7 @@ def read_model_file(folder: Path) -> ModelFile:
 
 
 def class_path(model_class: type[FmuModel]) -> str:
-    """Return the import path of a class, such as `cardsflow_fmu.models.plant:PlantModel`.
-
-    Raises:
-        InputError: The class cannot be imported by name.
-    """
+    """Return the import path of a class, such as `cardsflow_fmu.models.plant:PlantModel`."""
     path = f"{model_class.__module__}:{model_class.__qualname__}"
     if model_class.__module__ == "__main__" or "<locals>" in path:
         raise InputError(f"{path} cannot be imported by an FMU; define the class in a module")
@@ -87,11 +83,7 @@ def class_path(model_class: type[FmuModel]) -> str:
 
 
 def load_class(path: str, folder: Path) -> type[FmuModel]:
-    """Import the class at a path from `class_path`.
-
-    Raises:
-        InputError: The class does not exist.
-    """
+    """Import the class at a path from `class_path`."""
     module_name, _, name = path.partition(":")
     try:
         module = import_module(module_name, folder)

@@ -20,9 +20,6 @@ def wasm_module() -> bytes:
 
     A wheel with `CARDSFLOW_PLATFORMS=all` contains it. Otherwise, the first call compiles it with
     the ziglang package, which takes about half a minute.
-
-    Raises:
-        InputError: The module is missing and cannot be compiled.
     """
     file = ROOT / f"{BROWSER.target}.wasm"
     mark, fingerprint = file.with_suffix(".sha256"), f"{BROWSER.fingerprint()}\n"

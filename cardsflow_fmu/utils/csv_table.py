@@ -119,13 +119,9 @@ def require_table(
     """Reject missing or duplicate column names, and times that are not finite or decrease.
 
     Args:
-        names: Names of the columns.
         rows: Values, shape (rows, len(names)).
         file: File of the table, for messages.
         kind: Expected kind of table, for messages.
-
-    Raises:
-        InputError: The table is invalid.
     """
     problem = _fault(names, rows)
     if problem is not None:

@@ -24,9 +24,6 @@ def require(feature: str, extra: str, *modules: str, key: str | None = None) -> 
         feature: Feature that needs the extra, in the plural, for the message.
         modules: Modules to import; their top-level package is named in the message.
         key: Option or setting that uses the feature.
-
-    Raises:
-        InputError: A module is missing.
     """
     for module in modules:
         try:

@@ -26,8 +26,6 @@ def html_page(
 
     Args:
         title: Title in plain text.
-        style: Style sheet.
-        parts: Parts in HTML.
         scripts: Scripts that may be executed, in the page and in frames that it contains.
         simulates: Whether scripts of the page may start a worker with WebAssembly.
         connects: Whether scripts of the page may send requests to its server.

@@ -39,11 +39,7 @@ class OpenSimTable(NamedTuple):
 
 
 def read_opensim_table(file: Path) -> OpenSimTable:
-    """Read a .mot or .sto file.
-
-    Raises:
-        InputError: The file is not an OpenSim table.
-    """
+    """Read a .mot or .sto file."""
     try:
         with open_file(file, limits.TABLE) as binary:
             require_bounded(binary, file, limits.MOTION_VALUES, b" ,;\t\n\r")
@@ -107,7 +103,6 @@ def opensim_text(title: str, names: Sequence[str], rows: FloatArray) -> str:
     """Return a table as OpenSim's .sto in SI units, with floats that can be read back exactly.
 
     Args:
-        title: Title in the header.
         names: Names of the columns, `time` first.
         rows: Values, shape (rows, columns).
     """

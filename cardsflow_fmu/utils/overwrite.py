@@ -23,7 +23,6 @@ def output_file(file: str | Path, suffixes: Collection[str], *, overwrite: bool 
     """Check that an output file may be written: call it before the work starts.
 
     Args:
-        file: The file to write.
         suffixes: The suffixes that are allowed, such as `.png`.
         overwrite: Whether to replace a file that CARDSFlow did not write.
 

@@ -25,10 +25,6 @@ class TemporaryFolder:
 
     Attributes:
         path: The folder, which contains a lock file.
-
-    Raises:
-        InputError: The folder cannot be created.
-        MachineError: The disk is full.
     """
 
     def __init__(self) -> None:

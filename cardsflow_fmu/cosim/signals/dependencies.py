@@ -98,7 +98,6 @@ def controller_dependencies(
     Outputs depend on all inputs of the tick. Delayed forces have no direct dependencies.
 
     Args:
-        groups: Variables of the controller.
         unused: Prefixes of reference names that the control law does not use, such as `qdd_d`.
         delayed: Whether the forces act one tick later.
     """

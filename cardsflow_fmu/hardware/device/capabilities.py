@@ -21,11 +21,7 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Capabilities:
-    """Capabilities of a device; the values are those of a `Handshake`.
-
-    Raises:
-        InputError: A value is out of range.
-    """
+    """Capabilities of a device; the values are those of a `Handshake`."""
 
     signature: int
     step: float
@@ -76,7 +72,6 @@ def bounds(value: ArrayLike, count: int, name: str) -> FloatArray:
 
     Args:
         value: One bound for all commands, or an array of shape (count,).
-        count: Number of commands.
         name: Name of the bound, used in messages.
 
     Raises:

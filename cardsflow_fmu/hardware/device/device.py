@@ -97,9 +97,6 @@ class Device:
             request a shorter time.
         f_min, f_max: Bounds of the commands, numbers or shape (commands,), in SI units.
 
-    Raises:
-        InputError: A value is out of range.
-
     Attributes:
         state: "idle", "ready", "running" or "safe".
         agreed: Parameters of the current run, or None before the first run.

@@ -201,10 +201,6 @@ def serve(
         line: Line between socket and device, or None for a direct connection.
         duration: Maximum time to serve, in [s].
         ready: Function that is called with the address of the server once the server listens.
-
-    Raises:
-        InputError: The address is invalid.
-        HardwareError: The server cannot listen on the address.
     """
     with DeviceServer(device, uri, line=line) as server:
         ready(server.uri)

@@ -36,7 +36,6 @@ class StatusReporter:
     A reason to reject runs is reported once per run.
 
     Args:
-        report: Function that is called with each event.
         lateness: Function that returns the maximum lateness of the device in the run, in [s].
     """
 

@@ -37,7 +37,6 @@ class AdaptiveReceiver(Generic[T]):
     success.
 
     Args:
-        line: Non-blocking socket.
         read: Function that reads a datagram from the socket.
         cores: Number of available cores, or None to determine it. Polling requires at least two.
     """

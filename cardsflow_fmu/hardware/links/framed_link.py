@@ -54,10 +54,6 @@ class FramedLink(ABC):
         uri: Address of the device, used in messages.
         key: Pre-shared key, or None for unsigned frames.
         timeout: Maximum time for which `open` waits, in [s].
-        clock: Clock of the link.
-
-    Raises:
-        InputError: The key is too short.
 
     Attributes:
         uri: Address of the device. `HardwareLink` describes the other attributes.

@@ -47,7 +47,6 @@ class RosLink:
 
     Args:
         uri: Address of the form ros2://...?timeout=S.
-        address: The parsed address.
         topics: Topics and messages of the robot.
         timeout: Maximum time for which `open` waits, in [s].
 
@@ -204,9 +203,6 @@ class RosLink:
 
         Args:
             since: Time since the first command, in [s].
-
-        Raises:
-            HardwareError: The device has ignored commands for longer than the timeout.
         """
         status = self._reader.frame
         self._was_running = self._was_running or status == RUNNING

@@ -33,9 +33,6 @@ class SerialLink(FramedLink):
         uri: Address of the form serial:///dev/ttyACM0?baud=2000000. The default is 115200 baud.
         key: Pre-shared key, or None for unsigned frames.
         timeout: Maximum time for which `open` waits, in [s].
-
-    Raises:
-        InputError: The address or the key is invalid.
     """
 
     def __init__(self, uri: str, *, key: bytes | None = None, timeout: float = 2.0) -> None:
@@ -100,11 +97,7 @@ class SerialLink(FramedLink):
 
 
 def serial_address(uri: str) -> tuple[str, int]:
-    """Return the path and the baud rate of an address such as serial:///dev/ttyACM0?baud=2000000.
-
-    Raises:
-        InputError: The address is invalid.
-    """
+    """Return the path and the baud rate of an address such as serial:///dev/ttyACM0?baud=2000000."""
     parts = urlsplit(uri)
     query = parse_qs(parts.query, keep_blank_values=True)
     baud = query.pop("baud", [str(_DEFAULT_BAUD)])[-1]

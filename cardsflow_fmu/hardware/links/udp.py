@@ -31,9 +31,6 @@ class UdpLink(FramedLink):
         bind: Address of this machine to send from. If empty, the system chooses the address of the
             route to the device, which is loopback for a device on the same machine.
         timeout: Maximum time for which `open` waits, in [s].
-
-    Raises:
-        InputError: The address or the key is invalid.
     """
 
     def __init__(
@@ -97,11 +94,7 @@ class UdpLink(FramedLink):
 
 
 def udp_address(uri: str) -> tuple[str, int]:
-    """Return the host and the port of udp://HOST:PORT. The default host is 127.0.0.1.
-
-    Raises:
-        InputError: The address is invalid.
-    """
+    """Return the host and the port of udp://HOST:PORT. The default host is 127.0.0.1."""
     try:
         parts = urlsplit(uri)
         host, port = parts.hostname, parts.port

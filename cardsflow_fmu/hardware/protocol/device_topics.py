@@ -41,7 +41,6 @@ class DeviceTopics:
     """Topics and messages of the hardware of a robot.
 
     Args:
-        settings: Hardware settings of the robot.
         address: Address of the node. If it specifies a controller, the topics are those of
             ros2_control.
 
@@ -120,7 +119,6 @@ class DeviceTopics:
             time_ns: Time of the measurement, in [ns] since 1970.
             state: q, qd and the measured values of l, tension and torque, shape (states,).
             rates: l', shape (m,), in [m/s].
-            status: Status of the device.
         """
         first = 0
         for field, names, indices in self._parts:

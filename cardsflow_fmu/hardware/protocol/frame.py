@@ -166,9 +166,7 @@ class FrameWriter:
         `Frame` describes the other arguments.
 
         Args:
-            kind: Kind of the frame.
             flags: Bits of `Flag`.
-            seq: Sequence number.
             t_sim: Time of the run, in [s].
             t_send_ns: Time of sending, in [ns].
             echo_ns: `t_send_ns` of the answered frame, or 0.
@@ -280,11 +278,7 @@ class Keys:
         return self.run
 
     def unpack(self, data: bytes) -> Frame:
-        """Return the frame in the given bytes, verified with the key for its kind.
-
-        Raises:
-            FrameError: The bytes are not a frame, are damaged, or are not signed with this key.
-        """
+        """Return the frame in the given bytes, verified with the key for its kind."""
         if self.pre_shared is None:
             return unpack(data)
         has_kind = len(data) > _KIND_AT

@@ -98,7 +98,6 @@ class Recorder:
         Args:
             t: Time of the run at the beginning of the step, in [s].
             command: Set point that was sent, shape (commands,), in SI units.
-            exchange: Result of the exchange.
         """
         missed = exchange.state is None
         state = self._no_state if exchange.state is None else exchange.state

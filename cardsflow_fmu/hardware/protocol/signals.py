@@ -55,11 +55,7 @@ def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignal
 
 
 def require_forces(robot: Robot, file: Path | None = None) -> None:
-    """Reject a robot with muscle laws.
-
-    Raises:
-        InputError: A muscle has a muscle law.
-    """
+    """Reject a robot with muscle laws."""
     for k in modelled_muscles(robot):
         muscle = robot.muscles[k]
         custom = muscle.model.custom

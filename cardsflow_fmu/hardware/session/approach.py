@@ -20,10 +20,6 @@ def with_approach(experiment: Experiment) -> Experiment:
 
     The duration of the run increases by the duration of the approach. An approach of the reference
     is replaced.
-
-    Raises:
-        HardwareError: The hardware does not answer.
-        InputError: The reference is an external FMU, whose start cannot be changed.
     """
     seconds = approach_time(experiment)
     if seconds is None:

@@ -81,9 +81,6 @@ def with_link(settings: HardwareSettings, file: Path, link: str) -> HardwareSett
     Args:
         file: File of the settings, used in messages.
         link: The address. If empty, the address of the settings or of the environment is used.
-
-    Raises:
-        InputError: No address is specified.
     """
     link = link or settings.link or os.environ.get(LINK, "")
     if not link:
@@ -172,12 +169,7 @@ def handshake_of(robot: Robot, settings: HardwareSettings, step: float) -> Hands
 
 
 def measured_positions(experiment: Experiment) -> tuple[float, ...]:
-    """Return the positions q that the hardware of an experiment measures, in [rad] or [m].
-
-    Raises:
-        HardwareError: The hardware does not answer.
-        InputError: No address is specified.
-    """
+    """Return the positions q that the hardware of an experiment measures, in [rad] or [m]."""
     session = make_session(experiment, Connection())
     try:
         session.open()

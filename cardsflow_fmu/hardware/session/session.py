@@ -42,10 +42,8 @@ class HardwareSession:
 
     Args:
         link: Link to the hardware, which is not open yet.
-        handshake: Parameters of the run.
         make_recorder: Function that creates the recorder after the link is open, or None for no
             recording.
-        clock: Clock of the link.
         pose: Pose fit to the muscle lengths for robots without measured positions, or None.
 
     Attributes:
@@ -225,11 +223,7 @@ class HardwareSession:
         return exchange
 
     def _check(self, exchange: Exchange) -> None:
-        """Update the diagnostics after an exchange.
-
-        Raises:
-            HardwareError: The run cannot continue.
-        """
+        """Update the diagnostics after an exchange."""
         self.age = min(exchange.age, self._clock.monotonic() - self._opened)
         if not np.isnan(exchange.round_trip):
             self.round_trip = exchange.round_trip

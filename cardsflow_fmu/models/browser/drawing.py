@@ -20,7 +20,6 @@ def drawing_tables(
     """Return the tables of a robot.
 
     Args:
-        robot: A valid robot.
         wrenched: Names of the links with external wrenches.
         add: Adds an array of float64 or int32 to the packed files, and returns its place.
 

@@ -103,7 +103,6 @@ def wiring_in_mode(
     """Return the source of each input of the models that step in a mode.
 
     Args:
-        experiment: The experiment of the mode.
         models: All models of the experiment, with the start values of their inputs.
         names: The models that step. Inputs keep their value if their source does not step, and the
             page sets the targets of a controller without a reference.

@@ -25,7 +25,6 @@ def pose_experiment(robot: Robot, q: Sequence[float]) -> Experiment:
     file may lack.
 
     Args:
-        robot: A valid robot.
         q: Joint positions, shape (n,), in [rad] or [m].
     """
     unit = Inertia(1.0, ixx=1.0, iyy=1.0, izz=1.0)

@@ -37,7 +37,6 @@ def encode(
     Args:
         model: Name from `NATIVE_MODELS`.
         blob: Binary description of the robot; empty for a reference.
-        groups: Variables of the model.
         counts: All counts of the layout, by name.
         fields: All fields of the layout, by name. Only the number of elements must match.
     """

@@ -35,7 +35,6 @@ def loop_tables(
 
     Args:
         wiring: Connections that differ from those by equal names; constant inputs are set here.
-        stepping: Coupling of the models.
         every: Number of base steps per step of each model, by name.
     """
     numbers = {model.name: k for k, model in enumerate(models)}

@@ -30,14 +30,10 @@ class OpenedModel:
 
     Args:
         file: Contents of its file `native.bin`; see `fields.encode`.
-        ports: Variables of the model.
         values: Values of the variables, shape (len(ports),). The model reads and writes them.
 
     Attributes:
         handle: Handle of the C library.
-
-    Raises:
-        InputError: The file is invalid.
     """
 
     def __init__(self, file: bytes, ports: Sequence[Port], values: FloatArray) -> None:
@@ -58,11 +54,7 @@ class OpenedModel:
         weakref.finalize(self, library.native_model_close, self.handle)
 
     def initialize(self, t: float) -> None:
-        """Set the start state.
-
-        Raises:
-            InputError: A parameter or an input is invalid.
-        """
+        """Set the start state."""
         if self._library.native_model_initialize(self.handle, t):
             raise InputError(self.message)
 
@@ -73,12 +65,7 @@ class OpenedModel:
         return CStep(address(self._step), self.handle.value, self._step_error)
 
     def step(self, t: float, h: float) -> None:
-        """Advance from t to t + h.
-
-        Raises:
-            SimulationError: The step failed.
-            StepLengthError: The length of the step is impossible.
-        """
+        """Advance from t to t + h."""
         if code := self._step(self.handle, t, h):
             raise (StepLengthError if code == _DISCARDED else SimulationError)(self.message)
 

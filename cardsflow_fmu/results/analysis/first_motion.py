@@ -127,12 +127,8 @@ def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatAr
     """Return the required torques at a pose, and the torques that muscles and motors can produce.
 
     Args:
-        dynamics: Dynamics of the robot.
         q: The pose, shape (n,), in [rad] or [m].
         qdd: Accelerations, shape (n,), in [rad/s²] or [m/s²].
-
-    Raises:
-        InputError: A value is not finite.
     """
     M, force = dynamics.mass_matrix(q), assumed_force(robot)
     arms = [robot_size(robot) if motor.unit == "rad" else 1.0 for motor in robot.motors]

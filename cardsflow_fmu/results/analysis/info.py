@@ -19,9 +19,6 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
     Args:
         path: Robot file or its folder.
         cable_set: Name of the cable set (default: as in the robot file).
-
-    Raises:
-        InputError: The robot cannot be read or is invalid.
     """
     robot = read_robot(path, cable_set)
     lengths, problems = _lengths(robot)

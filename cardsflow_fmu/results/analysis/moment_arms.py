@@ -35,7 +35,6 @@ def sign_changes(robot: Robot, dynamics: CoreDynamics, pose: FloatArray) -> Iter
 
     Args:
         robot: A robot without errors.
-        dynamics: Its dynamics.
         pose: Positions of the other coordinates, shape (n,), in [rad] or [m].
     """
     if not robot.muscles or dynamics.dependent.any():

@@ -67,7 +67,6 @@ def read_motion(motion: str, reading: Reading, robot: Robot) -> Motion:
     Args:
         motion: `random`, the name of a trajectory in the folder of the robot, or a table with a
             column `q.<joint>` or `<joint>` for every joint, such as the results.csv of a run.
-        reading: Result of reading the robot.
 
     Raises:
         InputError: The motion does not exist or does not match the robot.
@@ -159,7 +158,6 @@ def motion_findings(
     """Return a warning for each pair of bodies whose distance is less than the clearance.
 
     Args:
-        reading: Result of reading the robot.
         motion: See `read_motion`.
         clearance: Minimum distance, in [m].
         capsule_radius: Radius of capsules that replace the links, in [m]; None for the convex hulls

@@ -63,11 +63,7 @@ def _rank_with_offsets(robot: Robot, poses: FloatArray, settings: EstimatorTable
 
 
 def observability_warnings(result: dict[str, Any]) -> list[str]:
-    """Return warnings about unobservable poses and offsets.
-
-    Args:
-        result: Result of `observed_poses`.
-    """
+    """Return warnings about unobservable poses and offsets."""
     unobservable = {name: count for name, count in result.get("open_poses", {}).items() if count}
     lines, coordinates = [], result.get("coordinates", 0)
     if (rank := result.get("rank_with_offsets", 0)) < coordinates:

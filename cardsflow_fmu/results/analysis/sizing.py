@@ -131,9 +131,6 @@ def required_motion(experiment: Experiment, points: int | None = None) -> tuple[
     """Return the simulated robot and its reference motion with external forces.
 
     Passive coordinates are locked at the first point of the motion.
-
-    Raises:
-        InputError: A point is out of the robot's reach, or there are too few points.
     """
     motion = _with_external_forces(experiment, reference_motion(experiment, points))
     return lock_passive_coordinates(experiment, experiment.plant_robot, motion)

@@ -41,11 +41,7 @@ def read_markers(file: Path) -> tuple[Marker, ...]:
 
 
 def read_capture(file: Path) -> dict[str, FloatArray]:
-    """Read the columns of a motion-capture table; empty fields are NaN.
-
-    Raises:
-        InputError: The table is invalid or has no times.
-    """
+    """Read the columns of a motion-capture table; empty fields are NaN."""
     names, rows = read_csv(file, kind="motion-capture table", blanks=True)
     if "time" not in names:
         raise InputError("has no column 'time'", file=file)
@@ -63,7 +59,6 @@ def resample(
     """Resample measurements at the times of motion capture; tensions are averaged over the steps.
 
     Args:
-        readings: Measurements of the robot.
         first: Time of the first measurement, in [s].
         times: Times of motion capture, with equal steps, shape (K,), in [s].
         markers: Marker positions, shape (K, 3 M), in [m].

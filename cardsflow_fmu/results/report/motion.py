@@ -42,7 +42,6 @@ def motion_figure(
     Args:
         times: Times of the samples, shape (k,), in [s].
         columns: Samples by name, such as `q.elbow`.
-        title: Title of the figure.
         bounds: Smallest and largest values by name, which are dotted where the curve is near.
     """
     panels = []
@@ -79,11 +78,8 @@ def motion_page(
     """Return the report of an optimal motion as an HTML page without external addresses.
 
     Args:
-        name: Name of the experiment.
         outcome: Line about status, cost and duration.
         warnings: Lines about the motion.
-        act: Replay of the motion.
-        figure: From `motion_figure`.
         bounds: Bounds at which the motion is, those of the longest time first.
         history: Iteration, cost, infeasibility, step, substeps and time of each iteration.
     """

@@ -70,12 +70,7 @@ _ignore_overflow = np.errstate(over="ignore", invalid="ignore")
 def panels_of(
     result: RunData, kinds: Sequence[str] = (), columns: Sequence[str] = ()
 ) -> list[Panel]:
-    """Return the panels of a figure.
-
-    Raises:
-        InputError: The result has no such data.
-        UnknownNameError: The kind is unknown, or no column matches.
-    """
+    """Return the panels of a figure."""
     if not len(result.rows):
         raise InputError("the run has no rows")
     for kind in kinds:

@@ -47,7 +47,6 @@ def read_readings(
     Args:
         path: A hardware.rec; a results folder (its hardware.rec, or its table); or a .csv
             with `time`, `q.<joint>`, `l.<muscle>` and `f.<muscle>` or `tension.<muscle>`.
-        robot: The robot of the recording.
         markers: Markers with columns `<marker>.x`, `.y` and `.z`.
         capture: Separate table of the markers, with the same time base.
 

@@ -55,7 +55,6 @@ def show(
     """Return the page of a robot, experiment or result; outside of notebooks, open the browser.
 
     Args:
-        content: The robot, the experiment or the result.
         folder: Folder of the robot with its meshes (default: none, links are capsules).
 
     Raises:

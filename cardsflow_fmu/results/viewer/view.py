@@ -49,11 +49,7 @@ def run_act(path: str | Path, *, full_scale: bool = False) -> Act:
 
 
 def act_of(result: ExperimentRunData, *, full_scale: bool = False) -> Act:
-    """Return the motion of a run.
-
-    Raises:
-        InputError: The run has no rows, or a joint position is missing.
-    """
+    """Return the motion of a run."""
     experiment = result.experiment
     meshes = link_meshes(experiment.robot, experiment.folder, experiment.roots)
     world = experiment.scene

@@ -36,11 +36,7 @@ def columns_of(study: Study) -> Columns:
 
 
 def write_table(file: Path, columns: Columns, rows: Rows) -> None:
-    """Write the table row by row.
-
-    Raises:
-        StudyError: The file cannot be written.
-    """
+    """Write the table row by row."""
     temporary = file.with_name(f".{file.name}.tmp")
     try:
         temporary.unlink(missing_ok=True)  # it could be a link to another file

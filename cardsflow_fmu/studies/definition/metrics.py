@@ -45,7 +45,6 @@ def expand_wildcards(names: Iterable[str], robot: Robot) -> tuple[str, ...]:
 
     Args:
         names: Names such as `tracking.rms`, `force.peak`, `force.peak.biceps` or `force.peak.*`.
-        robot: Robot with the muscles.
 
     Raises:
         UnknownNameError: A metric or muscle does not exist.
@@ -225,7 +224,6 @@ def wrench_closure(experiment: Experiment, box: Box | None) -> float:
     In a pose with wrench closure, muscles without force limits can generate any torque.
 
     Args:
-        experiment: Experiment with the robot.
         box: Joint positions of the workspace, or None for 5 poses between the joint limits of each
             coordinate.
 

@@ -46,11 +46,7 @@ class PathCheck:
 
 
 def require_simulated(experiment: Experiment) -> None:
-    """Reject an experiment with a real robot, which requires supervision.
-
-    Raises:
-        InputError: The experiment uses a real robot.
-    """
+    """Reject an experiment with a real robot, which requires supervision."""
     hardware = experiment.hardware
     if hardware.use and not hardware.is_emulated:
         problem = "must be false in a study, unless hardware.link is 'emulated:'"

@@ -32,9 +32,6 @@ def read_study(path: Path) -> dict[str, Any]:
 
     Args:
         path: A study.toml, or its folder.
-
-    Raises:
-        InputError: The study or its experiment is invalid; the message states file and key.
     """
     file = path / STUDY_FILE if path.is_dir() else path
     data = read_settings(file)

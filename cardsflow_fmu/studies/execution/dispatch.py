@@ -25,9 +25,6 @@ def dispatch(runs: Iterable[Run], job: Job, executor: RunExecutor, store: Store)
         runs: The runs; the iterator advances when runs are submitted.
         job: Common part of the runs.
         store: Called with every run and its outcome, in the order of completion.
-
-    Raises:
-        StudyError: The runs cannot continue.
     """
     _Dispatcher(iter(runs), job, executor, store).execute()
 

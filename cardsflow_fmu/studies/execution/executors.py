@@ -37,11 +37,7 @@ class RunExecutor(Protocol):
         """Submit a run."""
 
     def renew(self) -> None:
-        """Replace workers that have died.
-
-        Raises:
-            StudyError: The workers cannot be replaced.
-        """
+        """Replace workers that have died."""
 
 
 class ProcessExecutor:

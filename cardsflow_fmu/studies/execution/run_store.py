@@ -49,11 +49,7 @@ class RunStore:
         return {file.stem for file in self._runs.glob("*.json")}
 
     def write(self, run: Run, outcome: Outcome) -> None:
-        """Write the file of a run.
-
-        Raises:
-            StudyError: The file cannot be written, for example on a full disk.
-        """
+        """Write the file of a run."""
         content = {
             "hash": run.hash,
             "settings": run.settings,

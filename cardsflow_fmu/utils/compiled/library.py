@@ -44,11 +44,7 @@ _FUNCTIONS: dict[str, tuple[list[Any], Any]] = {
 
 @cache
 def run_library() -> ctypes.CDLL:
-    """Load the library. Its calls release Python's global interpreter lock.
-
-    Raises:
-        CardsflowError: The library does not exist.
-    """
+    """Load the library. Its calls release Python's global interpreter lock."""
     root = Path(os.environ.get("CARDSFLOW_LIBRARY_DIR") or Path(__file__).parents[3])
     path = root / "cardsflow_fmu" / "runtime" / "lib" / f"cardsflow_run{_SUFFIX}"
     if not path.is_file():

@@ -172,7 +172,6 @@ class Design:
         """Improve the information of a motion by exchanging single control points.
 
         Args:
-            points: Control points of a feasible motion.
             rng: Source of the random proposals.
             progress: Called with the number of completed proposals and their total.
         """

@@ -108,10 +108,7 @@ class Motions:
         """Return rows of the motion on the grid.
 
         Args:
-            points: Control points.
-            span: Index of the span.
             first: First row, counted from the begin of the span.
-            count: Number of rows.
         """
         at = first + np.arange(count)
         which = np.minimum(span + at // PER_SPAN, self.spans - 1)

@@ -33,7 +33,6 @@ def edit_page(robot: Robot, folder: Path, session: Mapping[str, Any]) -> str:
     """Return a page that edits the muscles and wrap surfaces of a robot.
 
     Args:
-        folder: Folder of the robot with its meshes.
         session: What the page edits, as data for JSON: `name`, `document`, `laws`, `files` and
             `digest`; and the `token` for its server, or None for a page without a server.
     """

@@ -27,7 +27,6 @@ def replay_page(acts: Sequence[Act], *, follows: bool = False) -> str:
     """Return a page that shows motions side by side, with player controls.
 
     Args:
-        acts: The motions.
         follows: Whether the page shows the frames that its server sends, see `stream_frames`.
     """
     title = " and ".join(act.title for act in acts)

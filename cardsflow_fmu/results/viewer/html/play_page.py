@@ -50,9 +50,6 @@ def play_page(experiment: Experiment, robot_file: str = "", changes: Sequence[st
         robot_file: The robot if `cardsflow init` created the experiment; the command that the page
             copies then begins with it.
         changes: Changes `key=value` of the experiment that the command contains.
-
-    Raises:
-        InputError: The experiment requires Python, DART or hardware, or the compiler is missing.
     """
     notes = tuple(experiment.warnings())
     experiment = with_look_ahead(experiment)

@@ -26,7 +26,6 @@ class Environment:
     """Objects and ground in all frames.
 
     Args:
-        world: Objects and ground.
         moved: Poses of moving objects, shape (K, 4, 4), by name. Other objects do not move.
 
     Attributes:

@@ -45,7 +45,6 @@ def platform_hull(robot: Robot, link: Link, thickness: float) -> Triangles | Non
     """Return the convex hull of the muscle attachments of a link; None if they span no area.
 
     Args:
-        link: Link of the robot.
         thickness: Thickness of the hull of coplanar points, in [m].
     """
     attachments = {p.position for m in robot.muscles for p in m.via_points if p.link == link.name}

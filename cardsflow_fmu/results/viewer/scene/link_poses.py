@@ -19,7 +19,6 @@ def link_poses(robot: Robot, q: FloatArray) -> Poses:
     """Return the poses of all links.
 
     Args:
-        robot: A valid robot.
         q: Joint positions at K frames, shape (K, n), in [rad] or [m].
     """
     frames, frame_of = moving_frames(robot)
@@ -42,9 +41,7 @@ def coordinate_axes(
     """Return points on the axes of the coordinates and their directions, shape (K, 3) each.
 
     Args:
-        robot: A valid robot.
         q: Joint positions at K frames, shape (K, n), in [rad] or [m].
-        poses: Poses of the links.
     """
     axes: dict[str, tuple[FloatArray, FloatArray]] = {}
     variables = robot_variables(robot)

@@ -31,9 +31,7 @@ def muscle_paths(robot: Robot, q: FloatArray, poses: Poses) -> list[MusclePath]:
     """Return the paths of the muscles, in the order of the robot.
 
     Args:
-        robot: A valid robot.
         q: Joint positions, shape (K, n), in [rad] or [m].
-        poses: Poses of the links.
     """
     paths = []
     for muscle in robot.muscles:

@@ -55,7 +55,6 @@ class Stage:
     All frames have shapes with the same names. Some shapes may have zero size.
 
     Args:
-        motion: Motion of the robot.
         meshes: Surfaces of the links. Other links are drawn as capsules, with their collision
             shapes, and as the convex hull of their muscle attachments if these span an area, as on
             platforms.
