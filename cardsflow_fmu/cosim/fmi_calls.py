@@ -21,20 +21,10 @@ import fmpy.fmi3
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.compiled.library import address, run_library
 
-from .fmu_variables import Row
+from .fmu_variables import Row, type_number
 
 DISCARD = 2
 """Lowest status that means failure."""
-
-_TYPES = [
-    ctypes.c_double,
-    ctypes.c_float,
-    *(getattr(ctypes, f"c_{sign}int{bits}") for bits in (8, 16, 32, 64) for sign in ("", "u")),
-    ctypes.c_bool,
-]
-"""C types in the order of `fmu_type` in csrc/fmu_step.h."""
-_BOOL2 = len(_TYPES)
-"""Boolean of FMI 2.0, an int."""
 
 Log = Callable[[int, str], None]
 """Function that receives the status and the text of a message."""
@@ -70,7 +60,10 @@ class FmuCalls(ABC):
 
     @abstractmethod
     def enter_initialization(self) -> int:
-        """Set up the experiment and enter the initialization mode."""
+        """Enter the initialization mode without a stop time.
+
+        The last tick of a slower controller may extend beyond the end of the run.
+        """
 
     def exit_initialization(self) -> int:
         """Leave the initialization mode."""
@@ -90,8 +83,7 @@ class FmuCalls(ABC):
             values, count = row.values[bank.place], len(bank.references)
             references = (ctypes.c_uint32 * count)(*bank.references)
             get, set_ = (self._address(f"{verb}{bank.function}") for verb in ("Get", "Set"))
-            is_bool2 = self._version == 2 and bank.function == "Boolean"
-            kind = _BOOL2 if is_bool2 else _TYPES.index(bank.ctype)
+            kind = type_number(self._version, bank.function)
             failed = library.fmu_row_add(
                 *(handle, kind, get, set_, references, count, values.ctypes.data, values.size)
             )
@@ -148,11 +140,7 @@ class Fmi2Calls(FmuCalls):
         text = message.decode("utf-8", "replace")
         self._log(status, text.replace("%%", "%").replace("##", "#"))
 
-    def enter_initialization(self) -> int:
-        """Enter the initialization mode without a stop time.
-
-        The last tick of a slower controller may extend beyond the end of the run.
-        """
+    def enter_initialization(self) -> int:  # noqa: D102
         zero, none = ctypes.c_double(0.0), ctypes.c_int(0)
         status = self._call("SetupExperiment", none, zero, zero, none, zero)
         return status if status >= DISCARD else self._call("EnterInitializationMode")
@@ -176,10 +164,6 @@ class Fmi3Calls(FmuCalls):
     def _on_log(self, _: int | None, status: int, category: bytes, message: bytes) -> None:
         self._log(status, message.decode("utf-8", "replace"))
 
-    def enter_initialization(self) -> int:
-        """Enter the initialization mode without a stop time.
-
-        The last tick of a slower controller may extend beyond the end of the run.
-        """
+    def enter_initialization(self) -> int:  # noqa: D102
         zero, none = ctypes.c_double(0.0), ctypes.c_bool(False)
         return self._call("EnterInitializationMode", none, zero, zero, none, zero)

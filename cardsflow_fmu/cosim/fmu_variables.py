@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import json
 import math
 import xml.etree.ElementTree as ET
@@ -18,28 +17,13 @@ from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, Unit, variable_units
 from cardsflow_fmu.cosim.signals.variables import ELEMENTS, ELEMENTS_FILE
 from cardsflow_fmu.utils.arrays import FloatArray
 
-_KINDS: dict[str, dict[str, tuple[str, Any]]] = {
-    "2.0": {
-        "Real": ("Real", ctypes.c_double),
-        "Integer": ("Integer", ctypes.c_int),
-        "Enumeration": ("Integer", ctypes.c_int),
-        "Boolean": ("Boolean", ctypes.c_int),
-    },
-    "3.0": {
-        "Float64": ("Float64", ctypes.c_double),
-        "Float32": ("Float32", ctypes.c_float),
-        **{
-            f"{sign}Int{bits}": (
-                f"{sign}Int{bits}",
-                getattr(ctypes, f"c_{sign.lower()}int{bits}"),
-            )
-            for sign in ("", "U")
-            for bits in (8, 16, 32, 64)
-        },
-        "Enumeration": ("Int64", ctypes.c_int64),
-        "Boolean": ("Boolean", ctypes.c_bool),
-    },
+_INTEGERS = [f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")]
+_FUNCTIONS: dict[str, dict[str, str]] = {
+    "2.0": {"Real": "Real", "Integer": "Integer", "Enumeration": "Integer", "Boolean": "Boolean"},
+    "3.0": {t: t for t in ("Float64", "Float32", *_INTEGERS, "Boolean")} | {"Enumeration": "Int64"},
 }
+"""Type in the names of FMI functions by type of variable, in FMI 3.0 in the order of `fmu_type` in
+csrc/fmu_step.h."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +32,6 @@ class Signal:
 
     Attributes:
         function: Type in the names of FMI functions, such as `Real` or `Float64`.
-        ctype: C type of the values.
         reference: Value reference.
         names: Names of the elements, or the name of the variable for a scalar.
         units: Units by element name.
@@ -57,7 +40,6 @@ class Signal:
     """
 
     function: str
-    ctype: Any
     reference: int
     names: tuple[str, ...]
     units: Mapping[str, Unit]
@@ -68,19 +50,18 @@ class Signal:
 def read_signals(description: Any, folder: Path) -> list[Signal]:
     """Read the numeric variables of an unpacked FMU, in the order of its model description."""
     units = variable_units(description)
-    kinds = _KINDS[description.fmiVersion[:3]]
+    functions = _FUNCTIONS[description.fmiVersion[:3]]
     elements = _elements(folder) if description.fmiVersion.startswith("3") else {}
     return [
-        _signal(variable, *kinds[variable.type], elements.get(variable.name), units)
+        _signal(variable, functions[variable.type], elements.get(variable.name), units)
         for variable in description.modelVariables
-        if variable.type in kinds
+        if variable.type in functions
     ]
 
 
 def _signal(
     variable: Any,
     function: str,
-    ctype: Any,
     elements: list[dict[str, str]] | None,
     units: Mapping[str, Unit],
 ) -> Signal:
@@ -94,7 +75,7 @@ def _signal(
     if variable.name in units:
         units_of = dict.fromkeys(names, units[variable.name])
     causality, start = variable.causality or "local", _start(variable.start, size)
-    return Signal(function, ctype, variable.valueReference, names, units_of, causality, start)
+    return Signal(function, variable.valueReference, names, units_of, causality, start)
 
 
 def _element_names(name: str, shape: tuple[int, ...]) -> tuple[str, ...]:
@@ -137,11 +118,17 @@ def _element_texts(rows: Any) -> list[dict[str, str]]:
     return [{key: str(row[key]) for key in ("name", "unit")} for row in rows]
 
 
+def type_number(version: int, function: str) -> int:
+    """Return the number of a type in `fmu_type`, by its name in FMI functions."""
+    if version == 2:
+        return {"Real": 0, "Integer": 6, "Boolean": 11}[function]
+    return list(_FUNCTIONS["3.0"]).index(function)
+
+
 class Bank(NamedTuple):
     """Variables of one type, adjacent in a row."""
 
     function: str
-    ctype: Any
     references: tuple[int, ...]
     place: slice
 
@@ -168,5 +155,5 @@ class Row:
             if end > begin:
                 references = tuple(signal.reference for signal in group)
                 place = slice(begin, end)
-                self.banks.append(Bank(group[0].function, group[0].ctype, references, place))
+                self.banks.append(Bank(group[0].function, references, place))
             begin = end
