@@ -54,8 +54,7 @@ def override_joint_settings(
     chosen = {each.joint: each for each in settings.of_joints}
     names = [c.name for joint in joints for c in joint.coordinates]
     changed = tuple(
-        replace(joint, coordinates=tuple(_apply(c, chosen.get(c.name)) for c in joint.coordinates))
-        for joint in joints
+        joint.map_coordinates(lambda c: _apply(c, chosen.get(c.name))) for joint in joints
     )
     return changed, list(_invalid_settings("joint", settings.of_joints, names))
 

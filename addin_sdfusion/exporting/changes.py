@@ -51,7 +51,7 @@ def _joint(joint: Joint) -> str:
     ranges = [
         f", {c.name} {_value(c.lower, c.unit)} to {_value(c.upper, c.unit)}"
         for c in joint.coordinates
-        if math.isfinite(c.lower) or math.isfinite(c.upper)
+        if c.is_limited
     ]
     return f"{joint.type} from {joint.parent} to {joint.child}{''.join(ranges)}"
 

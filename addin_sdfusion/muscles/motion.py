@@ -65,11 +65,7 @@ class JointSweep:
 
     def range(self) -> tuple[float, float]:
         """Return the limits, in [rad] or [m]; ±180° or ±100 mm about the pose if unlimited."""
-        c = self.coordinate
-        wide = _UNLIMITED[c.unit]
-        low = c.lower if math.isfinite(c.lower) else min(c.initial, c.upper) - wide
-        high = c.upper if math.isfinite(c.upper) else max(c.initial, c.lower) + wide
-        return low, high
+        return self.coordinate.range(_UNLIMITED[self.coordinate.unit])
 
     def muscle(self, table: MuscleTable, muscle: str, q: float) -> MuscleMotion:
         """Return a muscle at a value of the coordinate, in [rad] or [m]."""

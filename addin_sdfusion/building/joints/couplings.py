@@ -33,11 +33,11 @@ def add_couplings(
             findings.append(warning(subject, "coupling-left-out", f"its coupling {problem}"))
         else:
             terms[follower] = Term(leader, linear(c.ratio, c.offset))
-    coupled = tuple(
-        replace(joint, coordinates=tuple(_with_coupling(c, terms) for c in joint.coordinates))
-        for joint in joints
-    )
-    return coupled, findings
+
+    def coupled(c: Coordinate) -> Coordinate:
+        return replace(c, coupling=(terms[c.name],)) if c.name in terms else c
+
+    return tuple(joint.map_coordinates(coupled) for joint in joints), findings
 
 
 def coupled_name(joint: str, role: str) -> str:
@@ -63,8 +63,3 @@ def _problem(
     if not finite((c.ratio, c.offset)) or c.ratio == 0.0:
         return f"is not exported: its ratio is {c.ratio:g} and its offset {c.offset:g}"
     return ""
-
-
-def _with_coupling(coordinate: Coordinate, terms: dict[str, Term]) -> Coordinate:
-    term = terms.get(coordinate.name)
-    return replace(coordinate, coupling=(term,)) if term else coordinate

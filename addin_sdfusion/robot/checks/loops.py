@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 from ..finding import Finding, Subject
-from ..finding_builders import error, finite, unknown
+from ..finding_builders import error, finite
 from ..model.joint import Joint
 from ..model.loop import AXES, LOOP_TYPES, LoopJoint
 from ..model.robot import WORLD, Robot
 from ..model.rotations import dot
-from .tree import AXIS_TOLERANCE
+from .tree import AXIS_TOLERANCE, link_ends, unit_axis
 
 
 def loop_ends(robot: Robot) -> Iterator[Finding]:
     """Check that both links of every loop joint exist and can move relative to each other."""
-    links, bodies = [link.name for link in robot.links], rigid_bodies(robot.joints)
-    children, parents = set(links), {WORLD, *links}
+    yield from link_ends(robot, robot.loops)
+    bodies = rigid_bodies(robot.joints)
     for loop in robot.loops:
-        subject = Subject("joint", loop.name)
-        if loop.parent not in parents:
-            problem = f"parent: {unknown('link', loop.parent, [WORLD, *links])}"
-            yield error(subject, "unknown-parent", problem)
-        elif loop.child not in children:
-            yield error(subject, "unknown-child", f"child: {unknown('link', loop.child, links)}")
-        elif _is_one_body(bodies, loop):
+        if loop.parent in bodies and bodies[loop.parent] == bodies.get(loop.child):
             problem = (
                 f"connects {loop.parent!r} and {loop.child!r}, which are one rigid body; remove it"
             )
-            yield error(subject, "loop-of-no-length", problem)
+            yield error(Subject("joint", loop.name), "loop-of-no-length", problem)
 
 
 def loop_axes(robot: Robot) -> Iterator[Finding]:
@@ -48,25 +41,15 @@ def loop_axes(robot: Robot) -> Iterator[Finding]:
 
 def _axes(loop: LoopJoint, subject: Subject) -> Iterator[Finding]:
     for axis in loop.axes:
-        norm = math.hypot(*axis)
         if not finite(axis):
             yield error(subject, "not-finite", f"the axis {axis!r} is not finite")
-        elif norm == 0.0:
-            yield error(subject, "zero-axis", "the axis is zero; give it a direction")
-        elif not abs(norm - 1.0) <= AXIS_TOLERANCE:
-            problem = f"the axis has length {norm:g}; divide it by this length"
-            yield error(subject, "axis-not-unit", problem)
+        yield from unit_axis(subject, axis)
     if loop.type == "universal" and not abs(dot(*loop.axes)) <= AXIS_TOLERANCE:
         problem = "the axes of a universal loop joint are not orthogonal"
         yield error(subject, "axes-not-orthogonal", problem)
     for pose in (loop.T_parent_joint, loop.T_child_joint):
         if not finite((*pose.position, *pose.rpy)):
             yield error(subject, "not-finite", "the pose of its frame is not finite")
-
-
-def _is_one_body(bodies: dict[str, str], loop: LoopJoint) -> bool:
-    """Return whether both links are one rigid body; False if the tree is invalid."""
-    return loop.parent in bodies and bodies[loop.parent] == bodies.get(loop.child)
 
 
 def rigid_bodies(joints: Sequence[Joint]) -> dict[str, str]:
@@ -79,5 +62,7 @@ def rigid_bodies(joints: Sequence[Joint]) -> dict[str, str]:
     """
     bodies = {WORLD: WORLD}
     for joint in joints:
-        bodies[joint.child] = joint.child if joint.motions else bodies.get(joint.parent, "")
+        bodies[joint.child] = (
+            joint.child if joint.motions else bodies.get(joint.parent, joint.parent)
+        )
     return bodies

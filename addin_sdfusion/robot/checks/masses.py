@@ -11,13 +11,11 @@ from ..model.pose import IDENTITY, Pose, Vector3
 from ..model.robot import Link, Robot
 from ..model.rotations import (
     Matrix3,
-    apply,
     compose,
     cross,
     dot,
     inverse,
     rotate,
-    rotate_inertia,
     rotation,
     subtract,
 )
@@ -165,11 +163,9 @@ def _inertia_about(joint: Joint, parts: list[tuple[Link, Pose]]) -> float:
     axis = _last_axis(joint)
     total = 0.0
     for link, T_child_link in parts:
-        inertia = link.inertia
-        matrix = rotate_inertia(rotation(T_child_link.rpy), inertia.matrix)
-        arm = subtract(apply(T_child_link, inertia.com), joint.T_child_joint.position)
-        lever = cross(axis, arm)
-        total += dot(axis, rotate(matrix, axis)) + inertia.mass * dot(lever, lever)
+        inertia = link.inertia.in_frame(T_child_link)
+        lever = cross(axis, subtract(inertia.com, joint.T_child_joint.position))
+        total += dot(axis, rotate(inertia.matrix, axis)) + inertia.mass * dot(lever, lever)
     return total
 
 

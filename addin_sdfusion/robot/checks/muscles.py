@@ -13,6 +13,7 @@ from ..model.laws import MUSCLE_LAWS
 from ..model.muscle import BasePulley, Muscle
 from ..model.muscle_laws import law_of
 from ..model.robot import WORLD, Robot
+from .loops import rigid_bodies
 
 MAX_FRICTION, MAX_PRESLIDING = 2.0, 0.1
 """Maximum coefficient of cable friction (dry rubber has about 1), and maximum presliding in [m]."""
@@ -49,7 +50,7 @@ def via_points(robot: Robot) -> Iterator[Finding]:
 
 def moment_arms(robot: Robot) -> Iterator[Finding]:
     """Check that muscles connect bodies that move relative to each other."""
-    bodies = _bodies(robot)
+    bodies = rigid_bodies(robot.joints)
     surfaces = {surface.name: surface.link for surface in robot.wrap_surfaces}
     for subject, muscle in all_muscles(robot):
         links = [point.link for point in muscle.via_points]
@@ -166,12 +167,3 @@ def _travel_text(pulley: BasePulley) -> str:
         f"in CASPR the winch moves its pulley{how}, from a start that depends on the number of "
         "earlier calls; here the pulley stays at the constant winch point"
     )
-
-
-def _bodies(robot: Robot) -> dict[str, str]:
-    """Return, for each link, the first link of the rigid body that contains it."""
-    bodies = {WORLD: WORLD}
-    for joint in robot.joints:
-        welded = joint.type == "fixed"
-        bodies[joint.child] = bodies.get(joint.parent, joint.parent) if welded else joint.child
-    return bodies

@@ -88,7 +88,7 @@ def is_in_degrees(coordinate: Coordinate, value: float) -> bool:
     """
     if coordinate.unit != "rad" or not abs(value) <= DEGREES[1]:
         return False
-    if math.isinf(coordinate.lower) and math.isinf(coordinate.upper):
+    if not coordinate.is_limited:
         return not coordinate.actuated and abs(value) > DEGREES[0]
     is_outside = not coordinate.lower <= value <= coordinate.upper
     is_inside = coordinate.lower <= math.radians(value) <= coordinate.upper

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from ..finding import Finding, Subject
 from ..finding_builders import error, finite, listed, unknown, warning
 from ..model.function import ITSELF
 from ..model.joint import Joint
+from ..model.loop import LoopJoint
+from ..model.pose import Vector3
 from ..model.robot import WORLD, Robot
 
 AXIS_TOLERANCE = 1e-6
@@ -21,9 +23,14 @@ DEGREES = 3.0 * math.tau, 720.0
 
 def joint_ends(robot: Robot) -> Iterator[Finding]:
     """Check that parent and child of every joint exist."""
+    return link_ends(robot, robot.joints)
+
+
+def link_ends(robot: Robot, joints: Sequence[Joint] | Sequence[LoopJoint]) -> Iterator[Finding]:
+    """Check that parent and child of joints or loop joints exist."""
     links = [link.name for link in robot.links]
     children, parents = set(links), {WORLD, *links}
-    for joint in robot.joints:
+    for joint in joints:
         subject = Subject("joint", joint.name)
         if joint.parent not in parents:
             problem = f"parent: {unknown('link', joint.parent, [WORLD, *links])}"
@@ -72,16 +79,19 @@ def no_loops(robot: Robot) -> Iterator[Finding]:
 
 def axes(robot: Robot) -> Iterator[Finding]:
     """Check that axes are unit vectors."""
-    for joint, motion in [(j, motion) for j in robot.joints for motion in j.motions]:
-        if not finite(motion.axis):
-            continue
-        norm = math.hypot(*motion.axis)
-        subject = Subject("joint", joint.name)
-        if norm == 0.0:
-            yield error(subject, "zero-axis", "the axis is zero; give it a direction")
-        elif not abs(norm - 1.0) <= AXIS_TOLERANCE:
-            problem = f"the axis has length {norm:g}; divide it by this length"
-            yield error(subject, "axis-not-unit", problem)
+    for joint in robot.joints:
+        for motion in joint.motions:
+            yield from unit_axis(Subject("joint", joint.name), motion.axis)
+
+
+def unit_axis(subject: Subject, axis: Vector3) -> Iterator[Finding]:
+    """Check that a finite axis is a unit vector."""
+    norm = math.hypot(*axis)
+    if norm == 0.0:
+        yield error(subject, "zero-axis", "the axis is zero; give it a direction")
+    elif finite(axis) and abs(norm - 1.0) > AXIS_TOLERANCE:
+        problem = f"the axis has length {norm:g}; divide it by this length"
+        yield error(subject, "axis-not-unit", problem)
 
 
 def coordinates(robot: Robot) -> Iterator[Finding]:

@@ -163,7 +163,7 @@ LINK_ENDS = Feature(
 INITIAL_VALUES = Feature("initial values", of_coordinates(lambda c: c.initial))
 LIMITS = Feature(
     "limits of coordinates",
-    of_coordinates(lambda c: is_limited(c)),
+    of_coordinates(lambda c: c.is_limited),
 )
 DAMPING = Feature("damping", of_coordinates(lambda c: c.damping))
 SPRINGS = Feature("springs", of_coordinates(lambda c: c.stiffness))
@@ -341,14 +341,9 @@ MUSCLE_AND_TASK_FEATURES = CATALOGUE[len(LINK_AND_JOINT_FEATURES) :]
 """The features of muscles, wrap surfaces and operational spaces."""
 
 
-def is_limited(coordinate: Coordinate) -> bool:
-    """Return whether the coordinate has a lower or an upper limit."""
-    return math.isfinite(coordinate.lower) or math.isfinite(coordinate.upper)
-
-
 def has_limits(robot: Robot) -> bool:
     """Return whether any free coordinate of the robot has a limit."""
-    return any(map(is_limited, robot.coordinates))
+    return any(c.is_limited for c in robot.coordinates)
 
 
 def order(joint: Joint) -> Words:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal
 
@@ -104,6 +105,17 @@ class Coordinate:
         """Whether the coordinate is part of q."""
         return not (self.coupling or self.locked)
 
+    @property
+    def is_limited(self) -> bool:
+        """Whether the coordinate has a lower or an upper limit."""
+        return math.isfinite(self.lower) or math.isfinite(self.upper)
+
+    def range(self, wide: float) -> tuple[float, float]:
+        """Return the limits; a missing one is `wide` away from the initial value."""
+        lower = self.lower if math.isfinite(self.lower) else min(self.initial, self.upper) - wide
+        upper = self.upper if math.isfinite(self.upper) else max(self.initial, lower) + wide
+        return lower, upper
+
 
 @dataclass(frozen=True, slots=True)
 class Motion:
@@ -171,6 +183,10 @@ class Joint:
     coordinates: tuple[Coordinate, ...] = ()
     T_parent_joint: Pose = IDENTITY
     T_child_joint: Pose = IDENTITY
+
+    def map_coordinates(self, change: Callable[[Coordinate], Coordinate]) -> Joint:
+        """Return the joint with changed coordinates."""
+        return replace(self, coordinates=tuple(map(change, self.coordinates)))
 
     @property
     def type(self) -> JointType:

@@ -19,6 +19,7 @@ from .joint import Coordinate, Joint
 from .loop import LoopJoint
 from .muscle import CableSet, Muscle, WrapSurface
 from .pose import IDENTITY, Pose, Vector3
+from .rotations import apply, rotate_inertia, rotation
 
 Axis = Literal["x", "y", "z", "alpha", "beta", "gamma"]
 POSITIONS: tuple[Axis, ...] = ("x", "y", "z")
@@ -69,6 +70,13 @@ class Inertia:
             (self.ixy, self.iyy, self.iyz),
             (self.ixz, self.iyz, self.izz),
         )
+
+    def in_frame(self, T_a_b: Pose) -> Inertia:
+        """Return the inertia, which is expressed in frame b, in frame a."""
+        if not any(T_a_b.rpy):
+            return replace(self, com=apply(T_a_b, self.com))
+        matrix = rotate_inertia(rotation(T_a_b.rpy), self.matrix)
+        return Inertia.of(self.mass, apply(T_a_b, self.com), matrix)
 
     def scaled(self, factor: float) -> Inertia:
         """Return the inertia of the same body with another density.

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from ..errors import InputError
 from ..finding_builders import all_muscles
-from ..model.joint import Joint, Motion
+from ..model.joint import Coordinate, Joint, Motion
 from ..model.robot import Robot, find
 from ..model.rotations import normalized, rotate
 from ..model.transform import IDENTITY, Transform, motion_transform
@@ -32,6 +32,11 @@ def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
         InputError: A translation between two rotations of one joint is locked at a value other than
             0, which a joint cannot express.
     """
+
+    def mark_locked(c: Coordinate) -> Coordinate:
+        marked = c.name in positions
+        return replace(c, locked=True, initial=positions[c.name], actuated=False) if marked else c
+
     for name in positions:
         find("coordinate", name, robot.coordinates)
     named: set[str] = set()
@@ -41,20 +46,10 @@ def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
         named |= {term.coordinate for term in muscle.terms}
     if robot.driven_joints or named & set(positions):
         # coupled coordinates must follow the locked ones
-        joints = tuple(_mark_locked(joint, positions) for joint in robot.joints)
+        joints = tuple(joint.map_coordinates(mark_locked) for joint in robot.joints)
         return replace(robot, joints=joints)
     joints = tuple(_remove_locked(joint, positions) for joint in robot.joints)
     return replace(robot, joints=joints)
-
-
-def _mark_locked(joint: Joint, positions: Mapping[str, float]) -> Joint:
-    coordinates = (
-        replace(c, locked=True, initial=positions[c.name], actuated=False)
-        if c.name in positions
-        else c
-        for c in joint.coordinates
-    )
-    return replace(joint, coordinates=tuple(coordinates))
 
 
 def _remove_locked(joint: Joint, positions: Mapping[str, float]) -> Joint:

@@ -21,7 +21,6 @@ from ..model.rotations import (
     normalized,
     point_inertia,
     rotate,
-    rotate_inertia,
     rotation,
     subtract,
 )
@@ -134,14 +133,10 @@ def _with_target_parent(joint: Joint, targets: Targets) -> Joint:
 
 def _in_frame(link: Link, T_target_link: Pose) -> Link:
     """Return a link with its parts expressed in another frame, except its distal end."""
-    inertia = link.inertia
-    matrix = inertia.matrix
-    if any(T_target_link.rpy):
-        matrix = rotate_inertia(rotation(T_target_link.rpy), matrix)
-    moved = Inertia.of(inertia.mass, apply(T_target_link, inertia.com), matrix)
+    inertia = link.inertia.in_frame(T_target_link)
     meshes = tuple(replace(m, pose=compose(T_target_link, m.pose)) for m in link.meshes)
     shapes = tuple(replace(s, pose=compose(T_target_link, s.pose)) for s in link.shapes)
-    return replace(link, inertia=moved, meshes=meshes, shapes=shapes)
+    return replace(link, inertia=inertia, meshes=meshes, shapes=shapes)
 
 
 def _union(link: Link, parts: list[Link]) -> Link:

@@ -81,7 +81,7 @@ def _robot(document: Document, compiled: Compiled) -> Robot:
     joints = with_couplings(read_joints(document, compiled), document, compiled)
     reader = MuscleReader(document, compiled, joints)
     muscles, by_name = reader.read()
-    joints = [replace(j, coordinates=tuple(by_name[c.name] for c in j.coordinates)) for j in joints]
+    joints = [joint.map_coordinates(lambda c: by_name[c.name]) for joint in joints]
     links = [_link(document, compiled, number) for number in range(1, len(compiled.bodies))]
     _note_missing_masses(document, compiled, joints)
     _note_omitted(document, compiled)
@@ -204,8 +204,7 @@ def _with_initials(robot: Robot, at: Mapping[str, float]) -> Robot:
     def moved(c: Coordinate) -> Coordinate:
         return replace(c, initial=at.get(c.name, c.initial))
 
-    joints = (replace(j, coordinates=tuple(map(moved, j.coordinates))) for j in robot.joints)
-    return replace(robot, joints=tuple(joints))
+    return replace(robot, joints=tuple(joint.map_coordinates(moved) for joint in robot.joints))
 
 
 def _markers(compiled: Compiled, on_tendons: set[int]) -> Iterator[TaskSet]:

@@ -39,10 +39,7 @@ def with_couplings(joints: Sequence[Joint], document: Document, compiled: Compil
         elif _couple(row, node, compiled, coordinates):
             coupled.append(node)
     _note_exact(coupled, "joints")
-    return [
-        replace(joint, coordinates=tuple(coordinates[c.name] for c in joint.coordinates))
-        for joint in joints
-    ]
+    return [joint.map_coordinates(lambda c: coordinates[c.name]) for joint in joints]
 
 
 def _couple(row: Row, node: Node, compiled: Compiled, by_name: dict[str, Coordinate]) -> bool:

@@ -8,7 +8,6 @@ which an equality couples to the coordinate.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from xml.etree import ElementTree
@@ -135,7 +134,7 @@ def _add_motion(body: ElementTree.Element, motion_joint: MotionJoint, T_child_mo
     axis = rotate(rotation(T_child_motion.rpy), normalized(motion.axis))
     words = {"pos": numbers(T_child_motion.position), "axis": numbers(axis)}
     if motion_joint.is_home:
-        if c.lower < c.upper and (math.isfinite(c.lower) or math.isfinite(c.upper)):
+        if c.lower < c.upper and c.is_limited:
             words |= {"limited": "true", "range": numbers((c.lower, c.upper))}
         words |= {"damping": numbers([c.damping])} | _resistance_attributes(c)
         if motion_joint.ref:

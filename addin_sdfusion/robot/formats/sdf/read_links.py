@@ -7,8 +7,7 @@ from typing import Literal, cast
 
 from ...model.pose import Pose
 from ...model.robot import SHAPE_SIZES, Inertia, Link, Mesh, Rgba, Shape, ShapeKind
-from ...model.rotations import rotate_inertia, rotation
-from ..reading.xml import TRUE, Node, short_repr
+from ..reading.xml import TRUE, ZERO, Node, short_repr
 from .read_frames import Frames
 
 
@@ -44,11 +43,7 @@ def _inertia(inertial: Node, pose: Pose) -> Inertia:
         return Inertia(mass, pose.position)
     moments = {entry: node.number(entry) for entry in ("ixx", "iyy", "izz")}
     products = {entry: node.number(entry, 0.0) for entry in ("ixy", "ixz", "iyz")}
-    inertia = Inertia(mass, pose.position, **moments, **products)
-    if not any(pose.rpy):
-        return inertia
-    matrix = rotate_inertia(rotation(pose.rpy), inertia.matrix)
-    return Inertia.of(mass, pose.position, matrix)
+    return Inertia(mass, ZERO, **moments, **products).in_frame(pose)
 
 
 def _meshes(link: Node, frames: Frames) -> Iterator[Mesh]:

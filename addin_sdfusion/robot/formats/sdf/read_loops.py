@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from ...model.joint import Coordinate, Joint
@@ -59,5 +58,5 @@ _WORDS = ("limits", "damping", "stiffness", "friction")
 
 def _has_property(c: Coordinate, name: str) -> bool:
     if name == "limits":
-        return math.isfinite(c.lower) or math.isfinite(c.upper)
+        return c.is_limited
     return bool(getattr(c, name))

@@ -30,11 +30,7 @@ def with_leading_friction(joints: Sequence[Joint], node: Node) -> list[Joint]:
     problem = f"the friction of {names}, which follow others, is applied to the leading joints"
     node.warning("friction-of-mimic", problem)
     return [
-        replace(
-            joint,
-            coordinates=tuple(replace(c, friction=friction[c.name]) for c in joint.coordinates),
-        )
-        for joint in joints
+        joint.map_coordinates(lambda c: replace(c, friction=friction[c.name])) for joint in joints
     ]
 
 

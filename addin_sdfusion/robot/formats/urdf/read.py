@@ -13,7 +13,7 @@ from pathlib import Path
 
 from ...errors import InputError
 from ...finding import Subject
-from ...model.joint import Joint
+from ...model.joint import Coordinate
 from ...model.pose import IDENTITY
 from ...model.robot import WORLD, Robot
 from ..cardsflow.extras import cardsflow_xml, read_extras
@@ -90,7 +90,7 @@ def _with_motors_by_effort(
     """Return the robot with motors on all joints with an effort limit if no motors are defined."""
     if motors or robot.motors:
         return robot
-    joints = tuple(_with_motors(joint) for joint in robot.joints)
+    joints = tuple(joint.map_coordinates(_with_motor) for joint in robot.joints)
     names = [c.name for joint in joints for c in joint.coordinates if c.actuated]
     if not names:
         return robot
@@ -111,8 +111,5 @@ def _with_motors_by_effort(
     return replace(robot, joints=joints)
 
 
-def _with_motors(joint: Joint) -> Joint:
-    coordinates = tuple(
-        replace(c, actuated=c.is_free and 0.0 < c.tau_max < float("inf")) for c in joint.coordinates
-    )
-    return replace(joint, coordinates=coordinates)
+def _with_motor(c: Coordinate) -> Coordinate:
+    return replace(c, actuated=c.is_free and 0.0 < c.tau_max < float("inf"))

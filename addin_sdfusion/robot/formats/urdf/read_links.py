@@ -8,7 +8,6 @@ from typing import Literal, cast
 
 from ...model.pose import IDENTITY, Pose, Vector3
 from ...model.robot import SHAPE_SIZES, WORLD, Inertia, Link, Mesh, Rgba, Shape, ShapeKind
-from ...model.rotations import rotate_inertia, rotation
 from ..reading.xml import ZERO, Node
 
 GEOMETRY_TAGS = ("visual", "collision")
@@ -60,11 +59,7 @@ def _inertia(inertial: Node) -> Inertia:
         return Inertia(mass, pose.position)
     moments = {entry: node.number_attribute(entry, 0.0) for entry in ("ixx", "iyy", "izz")}
     products = {entry: node.number_attribute(entry, 0.0) for entry in ("ixy", "ixz", "iyz")}
-    inertia = Inertia(mass, pose.position, **moments, **products)
-    if not any(pose.rpy):
-        return inertia
-    matrix = rotate_inertia(rotation(pose.rpy), inertia.matrix)
-    return Inertia.of(mass, pose.position, matrix)
+    return Inertia(mass, ZERO, **moments, **products).in_frame(pose)
 
 
 def _geometries(link: Node) -> Iterator[tuple[Node, Node]]:

@@ -26,7 +26,6 @@ from ...model.robot import WORLD, Inertia, Link, Mesh, Robot, Shape
 from ...model.rotations import normalized
 from ...transforms.joint_chains import SingleJoint, single_joints
 from ...transforms.simplify import joint_frames
-from ..features import is_limited
 from ..sdf.plugin import plugin_content
 from ..sdf.write_joints import needs_plugin
 from ..writing.file_names import file_name
@@ -171,7 +170,7 @@ def _type(single: SingleJoint) -> str:
     if single.motion.kind == "translation":
         return "prismatic"
     shown = _coordinate_to_write(single.name, single.coordinate)
-    return "revolute" if is_limited(shown) else "continuous"
+    return "revolute" if shown.is_limited else "continuous"
 
 
 def _coordinate_to_write(name: str, c: Coordinate) -> Coordinate:

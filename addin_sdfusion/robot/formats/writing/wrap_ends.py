@@ -101,13 +101,7 @@ def _postures(robot: Robot) -> Iterator[dict[str, float]]:
     yield {c.name: c.initial for c in robot.coordinates}
     drawn = random.Random(0)
     for _ in range(POSES):
-        yield {c.name: drawn.uniform(*_range(c)) for c in robot.coordinates}
-
-
-def _range(c: Coordinate) -> tuple[float, float]:
-    wide = UNLIMITED_RANGE[c.unit]
-    lower = c.lower if math.isfinite(c.lower) else min(c.initial, c.upper) - wide
-    return lower, c.upper if math.isfinite(c.upper) else max(c.initial, lower) + wide
+        yield {c.name: drawn.uniform(*c.range(UNLIMITED_RANGE[c.unit])) for c in robot.coordinates}
 
 
 def _difference(surface: WrapSurface, wrap: Wrap, A: Vector3, B: Vector3) -> float:

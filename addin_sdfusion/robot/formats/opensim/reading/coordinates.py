@@ -57,10 +57,7 @@ def with_couplings(joints: Sequence[Joint], constraints: Sequence[Node]) -> list
     for node in constraints:
         if node.tag == COUPLER and is_true(node, "isEnforced", True):
             _couple(node, coordinates)
-    return [
-        replace(joint, coordinates=tuple(coordinates[c.name] for c in joint.coordinates))
-        for joint in joints
-    ]
+    return [joint.map_coordinates(lambda c: coordinates[c.name]) for joint in joints]
 
 
 def _couple(node: Node, coordinates: dict[str, Coordinate]) -> None:

@@ -34,10 +34,7 @@ def with_joint_forces(joints: Sequence[Joint], forces: Sequence[Node]) -> list[J
         names = ", ".join(repr(node.attribute("name", "")) for node in nodes[:10])
         problem = f"<{tag}> is not supported; {len(nodes)} omitted: {names}"
         nodes[0].warning("force-left-out", problem)
-    return [
-        replace(joint, coordinates=tuple(coordinates[c.name] for c in joint.coordinates))
-        for joint in joints
-    ]
+    return [joint.map_coordinates(lambda c: coordinates[c.name]) for joint in joints]
 
 
 def _motor(node: Node, c: Coordinate) -> Coordinate:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ....model.pose import IDENTITY, Vector3
+from ....model.pose import IDENTITY, Pose, Vector3
 from ....model.robot import WORLD, Inertia, Link, Mesh, Robot
 from ....model.rotations import Matrix3, rotation, rpy, transpose
 from ...writing.xml_text import element, numbers
@@ -31,6 +31,13 @@ def placement(parent: ElementTree.Element, tags: tuple[str, str], p: Vector3, R:
     a, b, c = rpy(transpose(R))  # the inverse rotation has negative angles in reverse order
     element(parent, tags[0], numbers(p))
     element(parent, tags[1], numbers((0.0 - a, 0.0 - b, 0.0 - c)))
+
+
+def add_frame(frames: ElementTree.Element, name: str, link: str, T: Pose) -> None:
+    """Add a frame with an offset from the frame of a link."""
+    frame = element(frames, "PhysicalOffsetFrame", name=name)
+    element(frame, "socket_parent", frame_path(link))
+    placement(frame, ("translation", "orientation"), T.position, rotation(T.rpy))
 
 
 def links_fixed_to_world(robot: Robot) -> set[str]:

@@ -15,13 +15,12 @@ from xml.etree import ElementTree
 
 from ....model.function import ITSELF
 from ....model.joint import Coordinate, Joint, Motion
-from ....model.pose import AXES, Pose, Vector3, X, Z
+from ....model.pose import AXES, Vector3, X, Z
 from ....model.robot import Robot
-from ....model.rotations import rotation
 from ....transforms.ellipsoid_joints import OverEllipsoid, over_ellipsoid
 from ....transforms.joint_chains import Names, single_joints
 from ...writing.xml_text import element, numbers
-from .bodies import add_massless, frame_path, placement
+from .bodies import add_frame, add_massless
 from .functions import add_function, can_write_sum
 
 PINS: dict[tuple[str, Vector3], str] = {
@@ -169,8 +168,8 @@ def _add_joint(joints: ElementTree.Element, joint: Joint, ranges: Ranges) -> Non
         for c in joint.coordinates:
             _add_coordinate(coordinates, c, ranges)
     frames = element(node, "frames")
-    _add_frame(frames, "parent_offset", joint.parent, joint.T_parent_joint)
-    _add_frame(frames, "child_offset", joint.child, joint.T_child_joint)
+    add_frame(frames, "parent_offset", joint.parent, joint.T_parent_joint)
+    add_frame(frames, "child_offset", joint.child, joint.T_child_joint)
     if kind == "CustomJoint":
         _add_axes(element(node, "SpatialTransform"), joint)
     if ellipsoid is not None:
@@ -207,17 +206,11 @@ def _add_axes(transform: ElementTree.Element, joint: Joint) -> None:
             node[-1].set("name", "function")
 
 
-def _add_frame(frames: ElementTree.Element, name: str, link: str, pose: Pose) -> None:
-    frame = element(frames, "PhysicalOffsetFrame", name=name)
-    element(frame, "socket_parent", frame_path(link))
-    placement(frame, ("translation", "orientation"), pose.position, rotation(pose.rpy))
-
-
 def _add_coordinate(parent: ElementTree.Element, c: Coordinate, ranges: Ranges) -> None:
     node = element(parent, "Coordinate", name=c.name)
     locked = c.locked or c.lower == c.upper
     element(node, "default_value", c.lower if locked and not c.locked else c.initial)
-    limited = math.isfinite(c.lower) or math.isfinite(c.upper)
+    limited = c.is_limited
     low, high = (c.lower, c.upper) if limited else ranges.get(c.name, (c.lower, c.upper))
     element(node, "range", numbers((low, high)))
     element(node, "clamped", _bool_text(limited and (locked or c.lower <= c.initial <= c.upper)))

@@ -5,12 +5,10 @@ from __future__ import annotations
 from xml.etree import ElementTree
 
 from ....model.loop import LoopJoint, LoopType
-from ....model.pose import Pose
-from ....model.rotations import rotation
 from ....transforms.joint_chains import Names
 from ....transforms.loop_points import LoopPoint, loop_points
 from ...writing.xml_text import element, numbers
-from .bodies import frame_path, placement
+from .bodies import add_frame, frame_path
 
 SUPPORTED: tuple[LoopType, ...] = (
     "fixed",
@@ -59,10 +57,4 @@ def _add_weld(constraints: ElementTree.Element, loop: LoopJoint) -> None:
         element(node, f"socket_frame{k}", f"{loop.name}_{k}")
     frames = element(node, "frames")
     for k, (link, T) in enumerate(ends, start=1):
-        _add_frame(frames, f"{loop.name}_{k}", link, T)
-
-
-def _add_frame(frames: ElementTree.Element, name: str, link: str, T: Pose) -> None:
-    frame = element(frames, "PhysicalOffsetFrame", name=name)
-    element(frame, "socket_parent", frame_path(link))
-    placement(frame, ("translation", "orientation"), T.position, rotation(T.rpy))
+        add_frame(frames, f"{loop.name}_{k}", link, T)

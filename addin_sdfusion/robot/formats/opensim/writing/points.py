@@ -65,7 +65,7 @@ def _written_range(robot: Robot, move: PointMotion) -> Range:
 def _limits(robot: Robot, move: PointMotion) -> Range | None:
     """Return the limits of the coordinate that moves a point, or None."""
     c = next(c for c in robot.all_coordinates if c.name == move.coordinate)
-    return (c.lower, c.upper) if math.isfinite(c.lower) or math.isfinite(c.upper) else None
+    return (c.lower, c.upper) if c.is_limited else None
 
 
 def loses_motion(point: ViaPoint) -> bool:
