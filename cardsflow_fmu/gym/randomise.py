@@ -18,7 +18,7 @@ from cardsflow_fmu.studies.definition.path_check import PathCheck
 from cardsflow_fmu.studies.definition.sampling import sample
 from cardsflow_fmu.studies.definition.tables import VarySettings
 from cardsflow_fmu.studies.definition.variation_reader import read_variations
-from sim_dart.calibration.parameters import PriorSettings, calibrated_robot, free_parameters
+from sim_dart.calibration.parameters import calibrated_robot, free_parameters
 
 Randomise = Literal["calibration"] | Sequence[Mapping[str, Any]]
 
@@ -80,7 +80,7 @@ def _deviating_robots(experiment: Experiment, count: int, seed: int) -> list[Rob
     words = {re.sub(r"(\.via_points|\.inertia)\b.*", r"\1", name) for name in sd}
     kinds = [word for word in words if not word.startswith("markers.")]
     torque = np.zeros(len(robot.coordinates))
-    parameters, _ = free_parameters(robot, kinds, torque, PriorSettings())
+    parameters, _ = free_parameters(robot, kinds, torque)
     chosen = [one for one in parameters if one.name in sd]
     spread = np.array([sd[one.name] for one in chosen])
     low = np.array([one.low - one.value for one in chosen])

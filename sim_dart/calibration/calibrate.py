@@ -17,7 +17,7 @@ from .fit import Fit, fit
 from .fit_progress import FitProgress
 from .inertia import inertia_numbers
 from .markers import Marker, MarkerKinematics, poses_from_markers
-from .parameters import Parameter, PriorSettings, free_parameters
+from .parameters import Parameter, free_parameters
 from .problem import CalibrationProblem
 from .recording_check import require_same_robot
 from .recordings import Recording, Window, cut_windows, measurement_noise
@@ -125,7 +125,6 @@ def calibrate(
     robot: Robot,
     recordings: Sequence[Recording],
     patterns: Sequence[str],
-    priors: PriorSettings | None = None,
     markers: Sequence[Marker] = (),
     progress: Callable[[int, int], None] | None = None,
 ) -> Calibration:
@@ -136,7 +135,6 @@ def calibrate(
         recordings: Recordings of its motion. The last recording, or the end of a single recording,
             is held out for validation.
         patterns: Patterns of the free parameters; see `free_parameters`.
-        priors: Standard deviations of the prior.
         markers: Motion-capture markers in the recordings.
         progress: Called with the completed work and its expected total.
 
@@ -151,16 +149,16 @@ def calibrate(
         recordings = [_add_marker_poses(seen, robot, recording) for recording in recordings]
     for recording in recordings:
         _require_sensors(robot, recording)
-    paths, prior_sd = MusclePaths(robot), priors or PriorSettings()
+    paths = MusclePaths(robot)
     torques = _torques(paths, recordings)
-    parameters, notes = free_parameters(robot, patterns, torques, prior_sd, markers)
+    parameters, notes = free_parameters(robot, patterns, torques, markers)
     if any(one.kind in _GEOMETRY for one in parameters):
         for recording in recordings:
             require_same_robot(robot, paths, recording)
     windows, held_out, limit_notes = _split_windows(robot, recordings)
     notes = (*notes, *limit_notes)
     spread = measurement_noise(windows)
-    problem = CalibrationProblem(robot, parameters, spread, prior_sd.inertia, seen=seen)
+    problem = CalibrationProblem(robot, parameters, spread, seen=seen)
     fitted, some, work = _fit_in_stages(problem, windows, progress)
     require_valid(problem.robot_at(fitted.z))
     result = _build_result(robot, problem, fitted, some, held_out, spread, notes)

@@ -55,29 +55,15 @@ MIN_FRICTION = 1e-4
 """Smallest friction coefficient of a cable. A cable without friction has no friction states."""
 
 
-@dataclass(frozen=True)
-class PriorSettings:
-    """Standard deviations of the prior, relative to the robot description.
+INERTIA_SD = 0.3
+"""Relative standard deviation of the prior of the density of a link; see `InertiaPrior`."""
 
-    Attributes:
-        via_points: Of positions of via points, in [m].
-        offset: Of length offsets, in [m].
-        stiffness, gain, mu: Relative standard deviations; mu is the cable friction.
-        inertia: Relative standard deviation of the density of a link; see `InertiaPrior`.
-        friction: Of damping, friction and armature, relative to the torques of the recording.
-        delay: Of the delay, in [s].
-        marker: Of marker positions on their links, in [m].
-    """
-
-    via_points: float = 3e-3
-    offset: float = 5e-3
-    stiffness: float = 0.3
-    gain: float = 0.05
-    mu: float = 0.3
-    inertia: float = 0.3
-    friction: float = 0.1
-    delay: float = 3e-3
-    marker: float = 1e-2
+_VIA_POINT_SD = 3e-3  # in [m]
+_OFFSET_SD = 5e-3  # in [m]
+_DELAY_SD = 3e-3  # in [s]
+_MARKER_SD = 1e-2  # in [m]
+_STIFFNESS_SD, _CABLE_FRICTION_SD, _GAIN_SD = 0.3, 0.3, 0.05  # relative
+_JOINT_SD = 0.1  # of damping, friction and armature, relative to the torques of the recording
 
 
 @dataclass(frozen=True)
@@ -114,7 +100,6 @@ def free_parameters(
     robot: Robot,
     patterns: Sequence[str],
     torque: FloatArray,
-    priors: PriorSettings,
     markers: Sequence[Marker] = (),
 ) -> tuple[tuple[Parameter, ...], tuple[str, ...]]:
     """Return the parameters that match patterns, and a note for each pattern without match.
@@ -123,18 +108,17 @@ def free_parameters(
         robot: A valid robot.
         patterns: Patterns such as `muscles.*.offset`; see `GROUPS`.
         torque: Typical torque of each coordinate in the recording, shape (n,).
-        priors: Standard deviations of the prior.
         markers: Motion-capture markers.
 
     Raises:
         InputError: A pattern does not match any kind of parameter.
     """
-    offered = {key: list(group) for key, group in _all_parameters(robot, torque, priors)}
+    offered = {key: list(group) for key, group in _all_parameters(robot, torque)}
     for k, marker in enumerate(markers):
         key = f"markers.{marker.name}.position"
         places = zip("xyz", marker.position, strict=True)
         offered[key] = [
-            Parameter(f"{key}.{axis}", "marker", k, (a,), value, priors.marker, "m")
+            Parameter(f"{key}.{axis}", "marker", k, (a,), value, _MARKER_SD, "m")
             for a, (axis, value) in enumerate(places)
         ]
     chosen, notes = [], []
@@ -156,52 +140,50 @@ def free_parameters(
 
 
 def _all_parameters(
-    robot: Robot, torque: FloatArray, priors: PriorSettings
+    robot: Robot, torque: FloatArray
 ) -> Iterator[tuple[str, Iterator[Parameter] | list[Parameter]]]:
     """Generate all parameters, with the name that is compared with patterns."""
     passive, compliance = passive_muscles(robot), cable_compliances(robot)
     for k, muscle in enumerate(robot.muscles):
         name = f"muscles.{muscle.name}"
-        yield f"{name}.via_points", _via_point_parameters(robot, k, priors)
+        yield f"{name}.via_points", _via_point_parameters(robot, k)
         if passive[k]:
             continue
-        offset = Parameter(f"{name}.offset", "offset", k, (), 0.0, priors.offset, "m")
+        offset = Parameter(f"{name}.offset", "offset", k, (), 0.0, _OFFSET_SD, "m")
         yield f"{name}.offset", [offset]
         if compliance[k]:
             stiffness = 1.0 / compliance[k]
-            key, sd = f"{name}.stiffness", priors.stiffness * stiffness
+            key, sd = f"{name}.stiffness", _STIFFNESS_SD * stiffness
             yield key, [Parameter(key, "stiffness", k, (), stiffness, sd, "N/m")]
         if muscle.friction and muscle.bend_friction:
-            key, sd = f"{name}.friction", priors.mu * muscle.friction
+            key, sd = f"{name}.friction", _CABLE_FRICTION_SD * muscle.friction
             bounds = MIN_FRICTION, MAX_FRICTION
             mu = muscle.friction
             yield key, [Parameter(key, "cable_friction", k, (), mu, sd, "1", *bounds)]
         key = f"motors.{muscle.name}.gain"
-        yield key, [Parameter(key, "gain", k, (), 1.0, priors.gain, "1")]
+        yield key, [Parameter(key, "gain", k, (), 1.0, _GAIN_SD, "1")]
     moving = moving_frames(robot)[1]
     for k, link in enumerate(robot.links):
         if moving[link.name].frame >= 0 and link.inertia.mass > 0:
             name = f"links.{link.name}.inertia"
-            yield name, _inertia_parameters(name, k, link.inertia, priors)
-    yield from _joint_parameters(robot, torque, priors)
+            yield name, _inertia_parameters(name, k, link.inertia)
+    yield from _joint_parameters(robot, torque)
     for key, kind in _DELAYS:
-        yield key, [Parameter(key, kind, _NONE, (), 0.0, priors.delay, "s")]
+        yield key, [Parameter(key, kind, _NONE, (), 0.0, _DELAY_SD, "s")]
 
 
-def _via_point_parameters(robot: Robot, k: int, priors: PriorSettings) -> Iterator[Parameter]:
+def _via_point_parameters(robot: Robot, k: int) -> Iterator[Parameter]:
     muscle = robot.muscles[k]
     for i, point in enumerate(muscle.via_points):
         for a, axis in enumerate("xyz"):
             name = f"muscles.{muscle.name}.via_points[{i}].{axis}"
             value = point.position[a]
-            yield Parameter(name, "point", k, (i, a), value, priors.via_points, "m")
+            yield Parameter(name, "point", k, (i, a), value, _VIA_POINT_SD, "m")
 
 
-def _inertia_parameters(
-    name: str, k: int, inertia: Inertia, priors: PriorSettings
-) -> list[Parameter]:
+def _inertia_parameters(name: str, k: int, inertia: Inertia) -> list[Parameter]:
     thick = thicken(inertia)
-    sds = InertiaPrior(thick, priors.inertia).sd.tolist()
+    sds = InertiaPrior(thick, INERTIA_SD).sd.tolist()
     rows = zip(NUMBERS.items(), thick.tolist(), sds, strict=True)
     return [
         Parameter(f"{name}.{signal}", "inertia", k, (i,), value, sd, unit)
@@ -209,11 +191,9 @@ def _inertia_parameters(
     ]
 
 
-def _joint_parameters(
-    robot: Robot, torque: FloatArray, priors: PriorSettings
-) -> Iterator[tuple[str, list[Parameter]]]:
+def _joint_parameters(robot: Robot, torque: FloatArray) -> Iterator[tuple[str, list[Parameter]]]:
     for j, c in enumerate(robot.coordinates):
-        scale = priors.friction * float(torque[j])
+        scale = _JOINT_SD * float(torque[j])
         of = "N.m" if c.unit == "rad" else "N"
         losses: tuple[tuple[Kind, float, str], ...] = (
             ("damping", c.damping, f"{of}.s/{c.unit}"),

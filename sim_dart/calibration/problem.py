@@ -21,7 +21,7 @@ from sim_dart.core.arrays import FloatArray, IntArray
 
 from .inertia import InertiaPrior, thicken
 from .markers import MarkerKinematics
-from .parameters import Parameter
+from .parameters import INERTIA_SD, Parameter
 from .recordings import Window, smoothed_start
 from .roll_outs import NONE, RollOuts
 from .sensitivity import Sensitivity
@@ -67,7 +67,6 @@ class CalibrationProblem:
         robot: The original robot.
         parameters: The free parameters; empty to fit only start states.
         noise: Standard deviation of one measurement, shape (n + m + 3 M,).
-        inertia_sd: Standard deviation of the prior of inertias; see `InertiaPrior`.
         max_step: Largest step of roll-outs, in [s].
         seen: Motion-capture markers, or None.
     """
@@ -77,7 +76,6 @@ class CalibrationProblem:
         robot: Robot,
         parameters: Sequence[Parameter],
         noise: FloatArray,
-        inertia_sd: float,
         max_step: float = MAX_STEP,
         seen: MarkerKinematics | None = None,
     ) -> None:
@@ -88,7 +86,7 @@ class CalibrationProblem:
         self.high = np.array([(one.high - one.value) / one.sd for one in parameters])
         self._is_friction = np.array([one.kind == "friction" for one in parameters], dtype=bool)
         self.low[self._is_friction] += _MIN_FRICTION
-        self._priors = _inertia_priors(self.robot, self.parameters, inertia_sd)
+        self._priors = _inertia_priors(self.robot, self.parameters)
         self._rolls = RollOuts(robot, parameters, max_step, seen)
         self._acts = np.arange(len(self.parameters), dtype=np.int32)
 
@@ -272,14 +270,14 @@ class CalibrationProblem:
 
 
 def _inertia_priors(
-    robot: Robot, parameters: Sequence[Parameter], sd: float
+    robot: Robot, parameters: Sequence[Parameter]
 ) -> list[tuple[IntArray, InertiaPrior]]:
     """Return the prior of each link with free inertia, and the indices of its parameters."""
     at: dict[int, list[int]] = {}
     for k, one in enumerate(parameters):
         if one.kind == "inertia":
             at.setdefault(one.item, []).append(k)
+    bodies = ((rows, thicken(robot.links[link].inertia)) for link, rows in at.items())
     return [
-        (np.array(rows, dtype=np.int32), InertiaPrior(thicken(robot.links[link].inertia), sd))
-        for link, rows in at.items()
+        (np.array(rows, dtype=np.int32), InertiaPrior(body, INERTIA_SD)) for rows, body in bodies
     ]

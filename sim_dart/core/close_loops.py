@@ -15,6 +15,8 @@ from .blob import compile_blob
 from .library import Core
 from .loop_fields import closures
 
+_MAX_VALUES = 5  # of a pose in a message
+
 
 def close_loops(robot: Robot, q: ArrayLike | None = None, hold: Sequence[str] = ()) -> FloatArray:
     """Return the nearest pose in which all loops of a robot are closed, within its joints' limits.
@@ -86,7 +88,7 @@ def closed_rates(core: Core, qd: FloatArray) -> FloatArray:
     return rates
 
 
-def _format_pose(robot: Robot, q: FloatArray, max_values: int = 5) -> str:
+def _format_pose(robot: Robot, q: FloatArray) -> str:
     values = [f"{c.name} = {x:.3g}" for c, x in zip(robot.coordinates, q, strict=True)]
-    ending = ", ..." if len(values) > max_values else ""
-    return "at " + ", ".join(values[:max_values]) + ending
+    ending = ", ..." if len(values) > _MAX_VALUES else ""
+    return "at " + ", ".join(values[:_MAX_VALUES]) + ending

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +12,11 @@ from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.mesh_files import mesh_bytes
 
 
-def read_mesh(
-    file: Path, roots: Iterable[Path] | None = None
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def read_mesh(file: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the triangles of a mesh file, in the units of the file.
 
     Args:
         file: Mesh of a type that `mesh_problem` accepts. It must not refer to other files.
-        roots: Folders and files in which the mesh is allowed, as for `mesh_bytes`.
 
     Returns:
         The corners, shape (n, 3), and the indices of the corners of each triangle, shape (m, 3).
@@ -31,7 +27,7 @@ def read_mesh(
     """
     import trimesh  # imported late, since the import takes a second
 
-    data = mesh_bytes(file, roots)
+    data = mesh_bytes(file, None)
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)
     try:
         stream, kind = trimesh.util.wrap_as_stream(data), file.suffix.lstrip(".").lower()

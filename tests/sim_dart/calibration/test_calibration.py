@@ -20,7 +20,7 @@ from sim_dart.calibration.inertia import (
     pseudo_inertia,
     thicken,
 )
-from sim_dart.calibration.parameters import PriorSettings, calibrated_robot, free_parameters
+from sim_dart.calibration.parameters import calibrated_robot, free_parameters
 from sim_dart.calibration.recordings import cut_windows
 from sim_dart.calibration.sensitivity import Directions, Sensitivity, robot_numbers
 
@@ -42,7 +42,7 @@ def test_derivatives_by_parameters_equal_finite_differences(arm: Robot, free: st
         muscles = with_bent_cables(arm, 0.2, (0.2, -0.3)).muscles
         arm = arm.with_muscles([replace(m, presliding=0.01) for m in muscles])
         free = free.replace("rough", "*.via_points")
-    parameters, _ = free_parameters(arm, [free], np.ones(2), PriorSettings())
+    parameters, _ = free_parameters(arm, [free], np.ones(2))
     parameters = parameters[::3] if len(parameters) > 4 else parameters
     start = np.array([0.2, -0.3, 1.0, -0.5])
     tensions = np.linspace(20.0, 60.0, 4) * np.ones((8, 1))
@@ -116,7 +116,7 @@ def test_inconsistent_inertias_have_infinite_cost() -> None:
 
 @pytest.mark.slow
 def test_parameters_are_identified_within_their_standard_deviations(arm: Robot) -> None:
-    parameters, _ = free_parameters(arm, FREE, np.ones(2), PriorSettings())
+    parameters, _ = free_parameters(arm, FREE, np.ones(2))
     hidden = np.array([3e-3, -2e-3, 1e-3, 4e-3, 0.4, -0.3])
     truth = calibrated_robot(arm, parameters, hidden)
     result = calibrate(arm, [recording(truth, hidden[:4], 1)], FREE)
@@ -134,7 +134,7 @@ def test_parameters_are_identified_within_their_standard_deviations(arm: Robot) 
 def test_joint_friction_is_identified_from_a_model_without_friction(arm: Robot) -> None:
     hidden = (0.0, 0.2)
     free = ["joints.*.friction"]
-    parameters, _ = free_parameters(arm, free, np.ones(2), PriorSettings())
+    parameters, _ = free_parameters(arm, free, np.ones(2))
     truth = calibrated_robot(arm, parameters, np.array(hidden))
     result = calibrate(arm, [recording(truth, np.zeros(4), 1)], free)
     assert (np.abs(result.change - hidden) < 3.0 * result.sd).all()
@@ -148,7 +148,7 @@ def test_cable_friction_is_identified(arm: Robot) -> None:
     muscles = with_bent_cables(arm, 0.15, (0.2, -0.3)).muscles
     arm = arm.with_muscles([replace(m, presliding=2e-3) for m in muscles])
     free = ["muscles.*.friction"]
-    parameters, _ = free_parameters(arm, free, np.ones(2), PriorSettings())
+    parameters, _ = free_parameters(arm, free, np.ones(2))
     hidden = np.array([0.05, -0.04, 0.03, -0.02])
     truth = calibrated_robot(arm, parameters, hidden)
     result = calibrate(arm, [recording(truth, np.zeros(4), 1, noise=1e-5, rows=3 * ROWS)], free)

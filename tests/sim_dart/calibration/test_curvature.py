@@ -7,7 +7,7 @@ import pytest
 from support.robots.recorded_arm import NOISE, ROWS, STEP, damped_arm, recording
 
 from sim_dart.calibration.curvature import covariance_root, curvature_deviations
-from sim_dart.calibration.parameters import PriorSettings, free_parameters
+from sim_dart.calibration.parameters import free_parameters
 from sim_dart.calibration.problem import CalibrationProblem
 from sim_dart.calibration.recordings import Window, cut_windows
 from sim_dart.core.arrays import FloatArray
@@ -18,9 +18,9 @@ FREE = ["muscles.cable_1.offset", "muscles.cable_1.via_points"]
 def problem_of(pieces: int) -> tuple[CalibrationProblem, list[Window]]:
     """Return the calibration problem of the two-link arm, and windows without noise."""
     arm = damped_arm()
-    parameters, _ = free_parameters(arm, FREE, np.ones(2), PriorSettings())
+    parameters, _ = free_parameters(arm, FREE, np.ones(2))
     cut = cut_windows([recording(arm, np.zeros(4), 1, pieces, noise=0.0)], ROWS * STEP)
-    return CalibrationProblem(arm, parameters, np.full(6, NOISE), 0.3), cut
+    return CalibrationProblem(arm, parameters, np.full(6, NOISE)), cut
 
 
 @pytest.mark.slow
@@ -63,9 +63,9 @@ def test_curvature_deviation_is_quadratic_in_the_linear_deviation() -> None:
     assert whole.max() > 0
     np.testing.assert_allclose(half, whole / 4.0, rtol=0.05, atol=1e-3 * whole.max())
     parameters, _ = free_parameters(
-        problem.robot, ["muscles.*.offset", "joints.*.damping"], np.ones(2), PriorSettings()
+        problem.robot, ["muscles.*.offset", "joints.*.damping"], np.ones(2)
     )
-    linear = CalibrationProblem(problem.robot, parameters, np.full(6, NOISE), 0.3)
+    linear = CalibrationProblem(problem.robot, parameters, np.full(6, NOISE))
     none = curvature_deviations(linear, np.zeros(6), cut, settled.starts, np.eye(6))
     np.testing.assert_array_equal(none, 0.0)
 

@@ -18,7 +18,7 @@ from support.robots.recorded_arm import (
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from sim_dart.calibration.calibrate import calibrate
 from sim_dart.calibration.markers import Marker, MarkerKinematics, poses_from_markers
-from sim_dart.calibration.parameters import PriorSettings, calibrated_robot, free_parameters
+from sim_dart.calibration.parameters import calibrated_robot, free_parameters
 from sim_dart.calibration.recordings import Recording
 from sim_dart.core.arrays import FloatArray
 
@@ -85,7 +85,7 @@ def test_robot_is_calibrated_with_inaccurate_marker_positions(
     """Marker positions are identified within their standard deviations."""
     hidden = np.array([3e-3, -2e-3, 1e-3, 4e-3, 0.4, -0.3])
     free = ["muscles.*.offset", "joints.*.damping"]
-    parameters, _ = free_parameters(arm, free, np.ones(2), PriorSettings())
+    parameters, _ = free_parameters(arm, free, np.ones(2))
     truth = calibrated_robot(arm, parameters, hidden)
     moved = np.array([[0.004, 0.002, -0.006], [-0.003, 0.005, 0.002], [0.006, 0.001, 0.004]])
     exact = recording(truth, hidden[:4], 1, noise=0.0)

@@ -22,7 +22,7 @@ from addin_sdfusion.robot import CardsflowError, InputError, Robot
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.analysis.inverse_dynamics import Motion, motion_terms
 from sim_dart.calibration.calibrate import WINDOW
-from sim_dart.calibration.parameters import Parameter, PriorSettings, free_parameters
+from sim_dart.calibration.parameters import Parameter, free_parameters
 from sim_dart.calibration.problem import CalibrationProblem
 from sim_dart.calibration.recordings import Recording, Window
 
@@ -126,9 +126,8 @@ def excitations(
     rng = np.random.default_rng(seed)
     points = motions.random_motion(rng)
     torque = np.sqrt(np.mean(motions.terms(points, range(motions.spans)).tau ** 2, axis=0))
-    priors = PriorSettings()
-    parameters, notes = free_parameters(robot, patterns, np.maximum(torque, 1e-3), priors)
-    design = Design(motions, parameters, priors)
+    parameters, notes = free_parameters(robot, patterns, np.maximum(torque, 1e-3))
+    design = Design(motions, parameters)
     points = design.exchange(points, rng, progress)
     while True:
         points = motions.make_feasible(points)
@@ -144,23 +143,19 @@ class Design:
     Args:
         motions: Motions of the robot.
         parameters: Parameters to identify.
-        priors: Priors of the parameters.
     """
 
-    def __init__(
-        self, motions: Motions, parameters: tuple[Parameter, ...], priors: PriorSettings
-    ) -> None:
-        self._motions, self._parameters, self._priors = motions, parameters, priors
+    def __init__(self, motions: Motions, parameters: tuple[Parameter, ...]) -> None:
+        self._motions, self._parameters = motions, parameters
         n, m = len(motions.robot.coordinates), len(motions.robot.muscles)
         self._columns = n, m
         noise = np.full(n + m, NOISE)
         share = (
             _ROWS * READ / KNOTS
         )  # the few simulated measurements represent all measurements of the span
-        robot, sd = motions.robot, priors.inertia
-        few = noise * np.sqrt(share)
-        self._problem = CalibrationProblem(robot, parameters, few, sd, _MAX_STEP)
-        self._exact = CalibrationProblem(robot, parameters, noise, sd)
+        robot, few = motions.robot, noise * np.sqrt(share)
+        self._problem = CalibrationProblem(robot, parameters, few, _MAX_STEP)
+        self._exact = CalibrationProblem(robot, parameters, noise)
         self.prior = self._problem.prior(np.zeros(len(parameters)))[2]
 
     def exchange(

@@ -14,7 +14,6 @@ from cardsflow_fmu.results.analysis.excitation.design import Design, excitations
 from cardsflow_fmu.results.analysis.excitation.motions import Motions
 from cardsflow_fmu.results.analysis.excitation.spline import GRID, KNOTS, ORDER, PER_SPAN, basis
 from controllers.analysis.inverse_dynamics import Motion, motion_terms
-from sim_dart.calibration.parameters import PriorSettings
 
 FREE = ["muscles.*.via_points", "joints.*.damping"]
 DURATION, SPEED = 8.0, 1.5
@@ -56,7 +55,7 @@ def test_designed_motion_has_more_information_than_sines() -> None:
     assert ((designed.forces >= f_min - 1e-9) & (designed.forces <= f_max)).all()
 
     motions = Motions(robot, START, round(DURATION / KNOTS), SPEED)
-    design = Design(motions, designed.parameters, PriorSettings())
+    design = Design(motions, designed.parameters)
 
     def log_det(information: np.ndarray) -> float:
         return float(np.linalg.slogdet(information + design.prior)[1])
