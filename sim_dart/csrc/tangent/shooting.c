@@ -107,7 +107,8 @@ static void settle_fibres(const core_shooting *s, const double weights[4], int s
         if (!has_fibre(&at)) continue;
         const size_t first = 2 * s->n + (size_t)(at.x - c->law_states), rate_row = (size_t)stage * s->width + first + 1;
         double *row = s->at + (first + 1) * s->across, *slope = s->slopes + rate_row * s->across;
-        const double rate = at.xd[1], point[FIBRE_POINT] = {at.x[0], at.x[1], rate, c->lengths[at.m], 0};
+        const double a = hill_activation(at.k, at.x[0]), rate = at.xd[1];
+        const double point[FIBRE_POINT] = {a, at.x[1], rate, c->lengths[at.m], 0};
         double fibre[FIBRE_VALUES];
         at.law->fibre(at.k, point, fibre);
         const double by_fibre = fibre[2] + fibre[3] / time - fibre[5];

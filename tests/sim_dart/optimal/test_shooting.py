@@ -71,14 +71,24 @@ def test_derivatives_match_differences(robot: Robot, threads: int) -> None:
 
 @pytest.mark.parametrize("is_elastic", [0, 1])
 def test_derivatives_with_muscle_laws_match_differences(is_elastic: int) -> None:
-    """Commands, activations and, with elastic tendons, fibre lengths of Hill-type muscles."""
-    shooting = _hill_arm(is_elastic)
+    """Commands, activations, also below their minimum, and fibre lengths of elastic muscles."""
+    shooting = _hill_arm(is_elastic, **{"muscles.*.model.minimum_activation": 0.3})
     assert shooting.nx == 4 + 6 * (1 + is_elastic)
     rng = np.random.default_rng(2)
     x = rng.uniform(0.2, 0.8, (COUNT, shooting.nx))
     if is_elastic:
         x[:, 5::2] = [shooting.start(row[:2], row[4::2])[1::2] for row in x]
     _check_derivatives(shooting, x, rng.uniform(0.2, 0.8, (COUNT, 6)), np.full(COUNT, H))
+
+
+def test_activations_below_their_minimum_tend_to_the_command() -> None:
+    shooting = _hill_arm(0, **{"muscles.*.model.minimum_activation": 0.3})
+    x = np.array([[0.3, 0.5, 0.0, 0.0, *np.full(6, 0.4)]])
+    for _ in range(25):
+        found = shooting.run(x, np.full((1, 6), 0.1), np.array([0.02]), False)
+        assert found is not None
+        x[:, 4:] = found.ends[:, 4:]
+    np.testing.assert_allclose(x[0, 4:], 0.1, atol=1e-3)
 
 
 @pytest.mark.parametrize(

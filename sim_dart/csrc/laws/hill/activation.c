@@ -47,7 +47,6 @@ static inline real activation_rate_constant(const real *k, real a, real u)
 
 real activation_rate(const real *k, real a, real u)
 {
-    a = hill_activation(k, a);
     return (u - a) * activation_rate_constant(k, a, u);
 }
 
