@@ -71,8 +71,7 @@ def require_forces(robot: Robot, file: Path | None = None) -> None:
 def hardware_signature(robot: Robot, settings: HardwareSettings) -> int:
     """Return the signature of the signals of a robot; see `signature.port_signature`."""
     commands, states = hardware_signals(robot, settings)
-    kind = settings.motors.command
-    return port_signature(commands, states, command_kind=kind, scale=settings.scale)
+    return port_signature(commands, states, command_kind=settings.motors.command)
 
 
 def _command_prefix_and_unit(motors: MotorSettings) -> tuple[str, str]:
