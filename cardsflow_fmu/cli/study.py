@@ -109,13 +109,13 @@ def _print(result: StudyResult) -> None:
         )
     if "best" in summary:
         best = summary["best"]
-        print("best: no run meets the constraints" if best is None else _best_line(best))
+        line = "best: no run meets the constraints"
+        if best is not None:
+            run = f"run {best['run']} ({best['hash']})"
+            line = f"best: {best['objective']:.6g} in {run}; robot: best/"
+        print(line)
     for name, path in sorted(result.files.items()):
         print(f"{name:<18} {path}")
-
-
-def _best_line(best: dict[str, Any]) -> str:
-    return f"best: {best['objective']:.6g} in run {best['run']} ({best['hash']}); robot: best/"
 
 
 def add_optimise(commands: Commands) -> None:

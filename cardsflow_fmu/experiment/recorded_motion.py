@@ -229,9 +229,9 @@ def _parse_columns(
     columns = _in_si(columns)
     if "time" not in columns:
         raise UnknownNameError("column", "time", columns)
-    rows = np.stack(list(columns.values()), axis=1) if _have_equal_length(columns) else None
-    if rows is None:
+    if len({column.shape for column in columns.values()}) != 1:
         raise InputError("has columns of different lengths")
+    rows = np.stack(list(columns.values()), axis=1)
     require_table(list(columns), rows, None, kind="table of numbers")
     space = _space(columns, spaces)
     letter, names = _LETTERS[space], spaces[space].names
@@ -247,10 +247,6 @@ def _parse_columns(
     times = columns["time"]
     moved = times - times[:1]
     return times, recorded_trajectory(moved, q, qd, qdd, noise=noise, name=name, space=space)
-
-
-def _have_equal_length(columns: Columns) -> bool:
-    return len({column.shape for column in columns.values()}) == 1
 
 
 def _in_si(columns: Columns) -> dict[str, FloatArray]:

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from textwrap import wrap
 from typing import Any
 
 from addin_sdfusion.robot import Coordinate, Robot
-from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
-from cardsflow_fmu.experiment.config.key_path import EVERY_OTHER
+from cardsflow_fmu.experiment.config.key_path import EVERY_OTHER, toml_key, toml_value
 from cardsflow_fmu.experiment.config.schema import json_schema
 
 from .settings.file import ExperimentTables
 
 Form = Mapping[str, Any]
-
-_BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 _OTHER_TABLES = ("start", "disturbance", "world", "robots", "wiring", "fmus", "hardware", "about")
 """Tables that a first experiment does not contain."""
@@ -105,7 +101,7 @@ def experiment_text(
         *_line("kd", draft.kd, controller),
         *_line("period", draft.period, controller),
         *_dependent(draft),
-        *(f"# passive.{_toml_key(name)} = true" for name in draft.springs),
+        *(f"# passive.{toml_key(name)} = true" for name in draft.springs),
         *_default_lines(controller, {"ki"}),
         *_line("observer", draft.observer, controller, used=draft.observer > 0.0),
         *_default_lines(controller, {"delay", "predict", "muscle_horizon", "engine"}),
@@ -144,7 +140,7 @@ def _point_lines(
     without: Collection[str],
 ) -> Iterator[str]:
     """Yield the lines of one TOML table per point, with units, and with limits at the first one."""
-    keys = [_toml_key(c.name) for c in coordinates]
+    keys = [toml_key(c.name) for c in coordinates]
     for i, point in enumerate(points):
         yield ""
         yield "[[reference.points]]"
@@ -170,13 +166,13 @@ def _locked(robot: Robot, draft: ExperimentDraft) -> Iterator[str]:
     yield "# Locked coordinates. Remove a line if muscles or a motor drive the coordinate:"
     units = {c.name: c.unit for c in robot.coordinates}
     for name, (value, why) in draft.locked.items():
-        yield f"coordinates.{_toml_key(name)}.locked = {value!r}  # [{units[name]}]; {why}"
+        yield f"coordinates.{toml_key(name)}.locked = {value!r}  # [{units[name]}]; {why}"
     if draft.springs:
         yield "# Alternative: springs and dampers, with controller.passive for these coordinates:"
     for name, (stiffness, rest, damping) in draft.springs.items():
         positions = f"initial = {draft.locked[name][0]!r}, rest = {rest!r}"
         spring = f"{positions}, stiffness = {stiffness!r}, damping = {damping!r}"
-        yield f"# coordinates.{_toml_key(name)} = {{ {spring} }}"
+        yield f"# coordinates.{toml_key(name)} = {{ {spring} }}"
 
 
 def _dependent(draft: ExperimentDraft) -> Iterator[str]:
@@ -185,7 +181,7 @@ def _dependent(draft: ExperimentDraft) -> Iterator[str]:
         return
     yield "# Closed loops determine these coordinates; only the others have reference and gains:"
     for name in draft.dependent:
-        yield f"dependent.{_toml_key(name)} = true"
+        yield f"dependent.{toml_key(name)} = true"
 
 
 def _muscles(robot: Robot, draft: ExperimentDraft, form: Form) -> Iterator[str]:
@@ -198,9 +194,9 @@ def _muscles(robot: Robot, draft: ExperimentDraft, form: Form) -> Iterator[str]:
         yield "[muscles]"
         yield from (f"# {line}" for line in wrap(draft.f_max_reason, 96))
         for name, value in _merge_equal_values(robot, draft.f_max).items():
-            yield f"{_toml_key(name)}.f_max = {value!r}  # [N]"
+            yield f"{toml_key(name)}.f_max = {value!r}  # [N]"
         return
-    yield f"# [muscles.{_toml_key(muscle.name)}]"
+    yield f"# [muscles.{toml_key(muscle.name)}]"
     f_max = muscle.f_max if muscle.f_max < float("inf") else max(100.0, muscle.f_min)
     yield from _line("f_min", muscle.f_min, keys, used=False)
     yield from _line("f_max", f_max, keys, used=False)
@@ -227,7 +223,7 @@ def _line(key: str, value: Any, form: Form, *, used: bool = True) -> Iterator[st
     schema: Mapping[str, Any] = form["properties"][key]
     if isinstance(value, str) and not value:
         return
-    setting = f"{'' if used else '# '}{key} = {_to_toml(value)}"
+    setting = f"{'' if used else '# '}{key} = {toml_value(value)}"
     description = schema.get("description", "")
     if "enum" in schema:
         description = f"{', '.join(schema['enum'])}; {description}"
@@ -236,13 +232,3 @@ def _line(key: str, value: Any, form: Form, *, used: bool = True) -> Iterator[st
 
 def _description(form: Form) -> str:
     return str(form["description"])
-
-
-def _to_toml(value: Any) -> str:
-    """Return a value as TOML; strings, numbers and lists have the same form as in JSON."""
-    return json_text(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _toml_key(name: str) -> str:
-    """Return a name as a TOML key."""
-    return name if _BARE.fullmatch(name) else json_text(name, ensure_ascii=False)

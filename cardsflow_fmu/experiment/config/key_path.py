@@ -22,6 +22,7 @@ _QUOTED = r""""(?:[^"\\]|\\.)*"|'[^']*'"""
 _PART = re.compile(rf"""(?P<quoted>{_QUOTED})|(?P<bare>[^."'][^."]*)""")
 _SETTING = re.compile(rf"""(?P<key>(?>{_QUOTED}|[^."'=][^.=]*|\.)+)=(?P<value>.*)""", re.DOTALL)
 _PLAIN = re.compile(r"""[^\s."'=\x00-\x1f\x7f][^."=\x00-\x1f\x7f]*""")
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
 _INVALID_KEY = "must be names separated by dots; quote names with dots or quotes as in TOML"
 _INDEXED = re.compile(r"(?P<name>.+)\[(?P<index>[0-9]{1,9})\]")
 
@@ -68,6 +69,23 @@ def join_path(parts: Iterable[str]) -> str:
 def quote_toml(text: str) -> str:
     """Return a TOML string in double quotes."""
     return json_text(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def toml_key(name: str) -> str:
+    """Return a name as a TOML key, in quotes if necessary."""
+    return name if _BARE.fullmatch(name) else quote_toml(name)
+
+
+def toml_value(value: Any) -> str:
+    """Return a value as TOML in one line, with numbers that can be read back exactly."""
+    if isinstance(value, Mapping):
+        pairs = (f"{toml_key(name)} = {toml_value(inner)}" for name, inner in value.items())
+        return f"{{{', '.join(pairs)}}}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(toml_value, value))}]"
+    if isinstance(value, float):
+        return repr(value)
+    return quote_toml(value) if isinstance(value, str) else json_text(value)
 
 
 def split_setting(word: str) -> tuple[str, str] | None:

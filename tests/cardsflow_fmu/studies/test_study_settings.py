@@ -18,8 +18,8 @@ from cardsflow_fmu.experiment.config.key_path import (
     set_value,
     split_path,
     split_setting,
+    toml_value,
 )
-from cardsflow_fmu.studies.definition.rerun_command import toml_value
 
 FILE = Path("experiment.toml")
 
