@@ -242,6 +242,7 @@ def _replay(options: argparse.Namespace) -> int:
         robot,
         header.signature,
         header.step,
+        scale=header.scale,
         key=_key(options, settings.key_file),
         watchdog=settings.watchdog if options.watchdog is None else options.watchdog * 1e-3,
         f_min=-math.inf,

@@ -32,7 +32,7 @@
 #include <unistd.h>
 
 enum { COMMANDS = MUSCLES, STATES = 2 * COORDINATES + 2 * MUSCLES, ROWS = TASKS ? TASKS : COORDINATES };
-enum { HELLO_VALUES = 6, ACK_VALUES = 8, MAX_VALUES = ACK_VALUES + STATES };
+enum { HELLO_VALUES = 7, ACK_VALUES = 9, MAX_VALUES = ACK_VALUES + STATES };
 #include "frame.h"
 #include "platform.h"
 
@@ -91,9 +91,9 @@ static int is_half(double half) { return half >= 0 && half < 4294967296.0 && hal
 /* Start the run that the device has accepted, in a HELLO_ACK. Return whether the frame is valid. */
 static int begin(void)
 {
-    if (f.count != ACK_VALUES + STATES || !is_half(f.values[6]) || !is_half(f.values[7]))
+    if (f.count != ACK_VALUES + STATES || !is_half(f.values[7]) || !is_half(f.values[8]))
         return 0;
-    set_run_key(run, (uint64_t)f.values[6] << 32 | (uint64_t)f.values[7]);
+    set_run_key(run, (uint64_t)f.values[7] << 32 | (uint64_t)f.values[8]);
     memcpy(state, f.values + ACK_VALUES, sizeof state);
     origin = clock_ns();
     return 1;
@@ -102,7 +102,7 @@ static int begin(void)
 /* Return whether the device accepts a run; `state` is then the state of the device. */
 static int connect_device(void)
 {
-    const double request[HELLO_VALUES] = {SIGNATURE_HIGH, SIGNATURE_LOW, STEP, 0, COMMANDS, STATES};
+    const double request[HELLO_VALUES] = {SIGNATURE_HIGH, SIGNATURE_LOW, STEP, 1, 0, COMMANDS, STATES};
     if (read_file("/dev/urandom", &run, sizeof run) != sizeof run || !run)
         run = (uint32_t)clock_ns() | 1;
     for (int k = 0; k < HELLOS && !ended; k++) {

@@ -19,7 +19,7 @@
 #include <unistd.h>
 
 #include "simulated_robot.h" /* replace this by your hardware */
-enum { HELLO_VALUES = 6, ACK_VALUES = 8, MAX_VALUES = ACK_VALUES + STATES };
+enum { HELLO_VALUES = 7, ACK_VALUES = 9, MAX_VALUES = ACK_VALUES + STATES };
 #include "frame.h"
 #include "platform.h"
 
@@ -92,11 +92,13 @@ static unsigned hello_error(const struct frame *hello)
     const double *requested = hello->values, step = requested[2], steps = step / STEP;
     const int whole = steps > 0.5 && steps < 1000.5 && fabs(steps - floor(steps + 0.5)) < 1e-6 * steps;
     if (requested[0] != (double)(signature >> 32) || requested[1] != (double)(signature & 0xffffffffu) ||
-        requested[4] != COMMANDS || requested[5] != STATES)
+        requested[5] != COMMANDS || requested[6] != STATES)
         return PORTS;
+    if (requested[3] != 1)
+        return WRONG_SCALE; /* values are in SI units */
     if (!(step > 0) || ((hello->flags & LOCKSTEP) && !whole))
         return WRONG_STEP;
-    return !(hello->flags & LOCKSTEP) && shorter(requested[3]) < 2 * step ? SHORT_WATCHDOG : 0;
+    return !(hello->flags & LOCKSTEP) && shorter(requested[4]) < 2 * step ? SHORT_WATCHDOG : 0;
 }
 
 static void begin(const struct frame *hello, const struct sockaddr_in *from, uint64_t now)
@@ -104,7 +106,7 @@ static void begin(const struct frame *hello, const struct sockaddr_in *from, uin
     derive_key(hello->run, from);
     confirmed = 0, run = hello->run, peer = *from, last_seq = 0, device_time = 0, answer.size = 0;
     lockstep = (hello->flags & LOCKSTEP) != 0;
-    agreed_step = hello->values[2], agreed_watchdog = shorter(hello->values[3]);
+    agreed_step = hello->values[2], agreed_watchdog = shorter(hello->values[4]);
     state = READY, robot_reset();
     if (!key_size)
         confirm(now); /* with a key, the hello may be a copy, and the next frame confirms the run */
@@ -125,8 +127,8 @@ static const struct packed *handle_hello(struct frame *f, const struct sockaddr_
     }
     if (!known)
         begin(f, from, now); /* a repeated hello does not reset the watchdog: it may be a copy */
-    f->values[3] = agreed_watchdog;
-    f->values[6] = (double)(nonce >> 32), f->values[7] = (double)(nonce & 0xffffffffu);
+    f->values[4] = agreed_watchdog;
+    f->values[7] = (double)(nonce >> 32), f->values[8] = (double)(nonce & 0xffffffffu);
     robot_state(f->values + ACK_VALUES);
     f->count = ACK_VALUES + STATES;
     return complete_answer(f, HELLO_ACK, now, &other);

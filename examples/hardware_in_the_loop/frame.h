@@ -14,7 +14,7 @@
 /* Kinds, flags, and reasons for rejecting a hello. */
 enum { HELLO = 1, HELLO_ACK, SETPOINT, STATE, STOP, STOPPED, ERROR, PING, PONG };
 enum { SIGNED = 1, LOCKSTEP = 2, SAFE = 4, CLAMPED = 16 };
-enum { BUSY = 1, PORTS, WRONG_STEP, SHORT_WATCHDOG, WRONG_MODE, FAULT };
+enum { BUSY = 1, PORTS, WRONG_SCALE, WRONG_STEP, SHORT_WATCHDOG, WRONG_MODE, FAULT };
 enum { HEADER = 48, MAGIC = 0x57484643, VERSION = 1 };
 
 struct frame {

@@ -186,8 +186,8 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
         raise InputError("controller.c expects positions and velocities of the device")
     if not (experiment.hardware.has_lengths and experiment.hardware.has_tensions):
         raise InputError("controller.c expects lengths and tensions of the device")
-    if experiment.hardware.motors.command != "force":
-        raise InputError("controller.c commands forces")
+    if experiment.hardware.motors.command != "force" or experiment.hardware.scale != 1.0:
+        raise InputError("controller.c commands forces, in SI units")
     estimator = experiment.estimator
     if estimator is not None and (estimator.imus or estimator.delay(experiment.run.step)):
         raise InputError("controller.c supports no IMUs and no delayed measurements")

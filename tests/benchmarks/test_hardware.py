@@ -43,7 +43,7 @@ def device(command: Sequence[str | Path]) -> Iterator[str]:
 
 def block(link: UdpLink, lockstep: bool) -> np.ndarray:
     """Measure round-trip times of exchanges, in [s]."""
-    link.open(Handshake(SIGNATURE, 1e-3, 0.02, COMMANDS, STATES, lockstep))
+    link.open(Handshake(SIGNATURE, 1e-3, 1.0, 0.02, COMMANDS, STATES, lockstep))
     times = np.empty(EXCHANGES)
     for k in range(EXCHANGES):
         begin = time.perf_counter()

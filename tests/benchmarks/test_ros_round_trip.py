@@ -31,7 +31,7 @@ BLOCKS, EXCHANGES = 20, 300
 MEDIAN_LIMIT = 0.5e-3
 COMMAND = np.full(COMMANDS, 50.0)
 TESTS = Path(__file__).parents[1]
-HANDSHAKE = Handshake(SIGNATURE, 1e-3, 2.0, COMMANDS, STATES, False)
+HANDSHAKE = Handshake(SIGNATURE, 1e-3, 1.0, 2.0, COMMANDS, STATES, False)
 
 
 @contextmanager

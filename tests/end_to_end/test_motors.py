@@ -375,7 +375,9 @@ def test_signature_of_devices_without_motors_is_unchanged() -> None:
     states += [[f"tension.cable_{k}", "N"] for k in (1, 2, 3, 4)]
 
     def signature() -> int:
-        text = json.dumps(["force", commands, states], separators=(",", ":"))
+        text = json.dumps(
+            ["force", "0x1.0000000000000p+0", commands, states], separators=(",", ":")
+        )
         return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big")
 
     assert hardware_signature(experiment.robot, experiment.hardware) == signature()

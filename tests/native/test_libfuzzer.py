@@ -169,7 +169,7 @@ def seeds(folder: Path, hello: list[float], ack: list[float], commands: int) -> 
 
 
 def test_frames_of_the_device(folder: Path) -> None:
-    seeds(folder, [1.0, 2.0, 1e-3, 0.02, 4.0, 12.0], [0.0] * 20, 4)
+    seeds(folder, [1.0, 2.0, 1e-3, 1.0, 0.02, 4.0, 12.0], [0.0] * 21, 4)
     flags = [f'-DFUZZ_PROGRAM="{LOOP}/device.c"', "-DFUZZ_DEVICE", "-Wno-unused-function"]
     fuzz(build_program(FUZZED, folder, ("fuzz_frames.c",), *flags, libraries=[]), folder)
 
@@ -182,7 +182,7 @@ def test_frames_of_the_controller(folder: Path) -> None:
     spec.loader.exec_module(module)
     module.write_controller(Experiment.load(EXAMPLES / "planar_2r", {}), folder / "robot")
     rng = random.Random(1)
-    ack = [1.0, 2.0, 1e-3, 0.02, 4.0, 12.0, 4e9, 5.0, *(rng.random() for _ in range(12))]
+    ack = [1.0, 2.0, 1e-3, 1.0, 0.02, 4.0, 12.0, 4e9, 5.0, *(rng.random() for _ in range(12))]
     seeds(folder, ack[:7], ack, 4)
     flags = [f'-DFUZZ_PROGRAM="{LOOP}/controller.c"', f"-I{folder}/robot", "-Wno-unused-function"]
     fuzz(build_program(FUZZED, folder, ("fuzz_frames.c",), *flags), folder)

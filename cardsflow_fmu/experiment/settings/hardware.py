@@ -217,6 +217,7 @@ class LinkSettings(Table):
         _WATCHDOG,
     )
     timeout: Positive = setting("maximum wait for an answer in lockstep, in s", 1.0)
+    scale: Positive = setting("divisor of the transmitted values", 1.0)
     has_positions: bool = setting(
         "joint positions and velocities are measured; false: an estimator provides them", True
     )

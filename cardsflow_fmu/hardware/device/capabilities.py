@@ -25,12 +25,13 @@ class Capabilities:
 
     signature: int
     step: float
+    scale: float
     watchdog: float
     commands: int
     states: int
 
     def __post_init__(self) -> None:
-        for name in ("step", "watchdog"):
+        for name in ("step", "scale", "watchdog"):
             if not 0 < getattr(self, name) < math.inf:
                 problem = f"must be a positive number, not {getattr(self, name)}"
                 raise InputError(f"a device's {name} {problem}")
@@ -39,6 +40,8 @@ class Capabilities:
         """Return the reason to reject the requested run, or None if the device supports it."""
         if (request.commands, request.states) != (self.commands, self.states):
             return ErrorCode.PORTS
+        if request.scale != self.scale:
+            return ErrorCode.SCALE
         if request.signature != self.signature:
             return ErrorCode.PORTS
         if not request.step > 0:

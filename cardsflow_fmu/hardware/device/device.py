@@ -91,6 +91,7 @@ class Device:
     Args:
         signature: Hash of the signals of the robot; see `signature.port_signature`.
         step: Time step of the device, in [s].
+        scale: Scale of the values in frames. A value in a frame is the SI value divided by it.
         key: Pre-shared key, or None. With a key, unsigned frames are dropped.
         watchdog: Watchdog timeout: maximum time between set points in a run, in [s]. A link may
             request a shorter time.
@@ -110,13 +111,16 @@ class Device:
         signature: int,
         step: float,
         *,
+        scale: float = 1.0,
         key: bytes | None = None,
         watchdog: float = 0.02,
         f_min: ArrayLike,
         f_max: ArrayLike,
     ) -> None:
-        self._capabilities = Capabilities(signature, step, watchdog, robot.commands, robot.states)
-        self.robot, self.signature, self.step = robot, signature, step
+        self._capabilities = Capabilities(
+            signature, step, scale, watchdog, robot.commands, robot.states
+        )
+        self.robot, self.signature, self.step, self.scale = robot, signature, step, scale
         self.watchdog = watchdog
         self._lower = bounds(f_min, robot.commands, "f_min")
         self._upper = bounds(f_max, robot.commands, "f_max")
@@ -302,6 +306,11 @@ class Device:
         if not is_newer(frame.seq, self._seq):
             return self._drop("stale")
         command = np.asarray(frame.values)  # `unpack` has rejected frames that are not finite
+        if self.scale != 1.0:
+            scaled = _scaled(command, self.scale)
+            if scaled is None:
+                return self._drop("not finite")
+            command = scaled
         self._seq = frame.seq
         flags = 0
         if self.state != "safe":
@@ -355,15 +364,17 @@ class Device:
         )
 
     def _read_state(self) -> FloatArray | None:
-        """Return the robot's state, or report a fault and return None."""
+        """Return the robot's state, scaled for a frame.
+
+        If the state cannot be read or is not finite, report a fault and return None.
+        """
         try:
-            state = self.robot.state()
+            state = _scaled(self.robot.state(), 1 / self.scale)
         except CardsflowError as error:
             self._fail(str(error))
             return None
-        if not all_finite(state):
+        if state is None:
             self._fail("the robot's state is not finite")
-            return None
         return state
 
     def _stop(self, frame: Frame, now: float) -> list[bytes]:
@@ -399,3 +410,11 @@ class Device:
             kind, self._flags(), to.run_id, to.seq, self._time, sent, to.t_send_ns, values
         )
         return pack(answer, self._keys.key_for(kind))
+
+
+def _scaled(values: FloatArray, factor: float) -> FloatArray | None:
+    """Return the values multiplied by a factor, or None if a result is not finite."""
+    if factor != 1.0:
+        with np.errstate(over="ignore"):
+            values = values * factor
+    return values if all_finite(values) else None

@@ -35,7 +35,7 @@ def device_of(robot: EmulatedRobot, settings: HardwareSettings, key: bytes | Non
 
     Args:
         robot: The emulated robot.
-        settings: Hardware settings, which specify signals and watchdog.
+        settings: Hardware settings, which specify signals, scale and watchdog.
         key: Pre-shared key, or None for unsigned frames.
 
     Raises:
@@ -45,6 +45,7 @@ def device_of(robot: EmulatedRobot, settings: HardwareSettings, key: bytes | Non
         robot,
         hardware_signature(robot.plant.robot, settings),
         robot.plant.step_size,
+        scale=settings.scale,
         key=key,
         watchdog=settings.watchdog,
         f_min=robot.bounds[0],

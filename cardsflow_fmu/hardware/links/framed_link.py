@@ -191,7 +191,7 @@ class FramedLink(ABC):
         if nonce is None:
             raise HardwareError(invalid)
         self.agreed, self.run_id = agreed, answer.run_id
-        self.start_state = values[ACK_VALUES:].copy()
+        self.start_state = values[ACK_VALUES:] * handshake.scale
         self._keys = self._pre_shared.for_run(answer.run_id, nonce)
         self._key = self._keys.key_for(_SETPOINT)
         self._writer = FrameWriter(handshake.commands)
@@ -226,11 +226,11 @@ class FramedLink(ABC):
                 newest = frame
                 if frame.seq == seq:
                     break
-        return self._exchange_result(newest)
+        return self._exchange_result(newest, agreed)
 
     def _set_point(self, t: float, command: FloatArray, agreed: Handshake) -> bytes:
         writer = self._writer
-        writer.values[:] = command
+        writer.values[:] = command if agreed.scale == 1.0 else command / agreed.scale
         flags = _LOCKSTEP if agreed.lockstep else 0
         now = self.clock.monotonic_ns()
         return writer.pack(_SETPOINT, flags, self.run_id, self._seq, t, now, 0, self._key)
@@ -249,13 +249,15 @@ class FramedLink(ABC):
         self._newest_seq, self._newest_at = frame.seq, self.clock.monotonic()
         return True
 
-    def _exchange_result(self, newest: Frame | None) -> Exchange:
+    def _exchange_result(self, newest: Frame | None, agreed: Handshake) -> Exchange:
         age = self.clock.monotonic() - self._newest_at
         if newest is None:
             self.counters["missed"] += 1
             return Exchange(None, self._newest_seq, age, math.nan, 0)
+        state = np.asarray(newest.values)
+        state = state * agreed.scale if agreed.scale != 1.0 else state
         round_trip = self._newest_at - newest.echo_ns * 1e-9
-        return Exchange(np.asarray(newest.values), newest.seq, age, round_trip, newest.flags)
+        return Exchange(state, newest.seq, age, round_trip, newest.flags)
 
     def _next_frame(self, keys: Keys, run_id: int, deadline: float) -> Frame | None:
         """Return the next valid frame of a run, or None. Other frames are dropped and counted."""

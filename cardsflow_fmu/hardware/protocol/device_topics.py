@@ -57,8 +57,8 @@ class DeviceTopics:
     def __init__(
         self, robot: Robot, settings: HardwareSettings, address: NodeAddress | None = None
     ) -> None:
-        if settings.motors.command != "force":
-            problem = "ROS commands are forces in N; remove [hardware.motors]"
+        if settings.motors.command != "force" or settings.scale != 1.0:
+            problem = "ROS commands are forces in N; remove [hardware.motors] and hardware.scale"
             raise InputError(problem, key="hardware.motors")
         if not settings.has_positions:
             problem = "a ROS link requires measured joint positions; remove this setting"

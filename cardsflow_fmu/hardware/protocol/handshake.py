@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
-HELLO_VALUES = 6
+HELLO_VALUES = 7
 ACK_VALUES = HELLO_VALUES + 2
 """Number of values of a HELLO_ACK before the state: the values of a HELLO, and the nonce."""
 
@@ -19,16 +19,18 @@ class ErrorCode(IntEnum):
 
     BUSY = 1
     PORTS = 2
-    STEP = 3
-    WATCHDOG = 4
-    MODE = 5
-    FAULT = 6
+    SCALE = 3
+    STEP = 4
+    WATCHDOG = 5
+    MODE = 6
+    FAULT = 7
 
 
 REJECTION_REASONS = {
     ErrorCode.BUSY: "another run uses it; end that run first",
     ErrorCode.PORTS: "its signals differ in names, units, order, or kind of command; "
     "use the same robot and the same [hardware.motors] on both sides",
+    ErrorCode.SCALE: "it uses a different scale; set the same scale on both sides",
     ErrorCode.STEP: "it does not support this time step; the time step must be positive, and in "
     "lockstep 1 to 1000 steps of the device",
     ErrorCode.WATCHDOG: "its watchdog is shorter than two steps; reduce the time step, or set a "
@@ -45,6 +47,7 @@ class Handshake:
     Attributes:
         signature: Hash of the signals, 64 bits; see `signature.port_signature`.
         step: Time between set points, in [s].
+        scale: Scale of the values in frames. A value in a frame is the SI value divided by it.
         watchdog: Time without a command after which the device enters its safe state, in [s].
         commands: Number of values of a set point.
         states: Number of values of a state.
@@ -54,6 +57,7 @@ class Handshake:
 
     signature: int
     step: float
+    scale: float
     watchdog: float
     commands: int
     states: int
@@ -64,6 +68,7 @@ class Handshake:
         return [
             *split_uint64(self.signature),
             self.step,
+            self.scale,
             self.watchdog,
             self.commands,
             self.states,
@@ -73,21 +78,21 @@ class Handshake:
     def from_values(cls, values: Iterable[float], lockstep: bool) -> Handshake | None:
         """Return the parameters in the values of a HELLO or a HELLO_ACK, or None if invalid.
 
-        Step and watchdog are not checked: a device answers with an ERROR.
+        Step, scale and watchdog are not checked: a device answers with an ERROR.
 
         Args:
-            values: At least 6 finite numbers.
+            values: At least 7 finite numbers.
             lockstep: Whether the flag LOCKSTEP of the frame is set.
         """
         numbers = [float(value) for value in values]
         if len(numbers) < HELLO_VALUES:
             return None
-        high, low, step, watchdog, commands, states = numbers[:HELLO_VALUES]
+        high, low, step, scale, watchdog, commands, states = numbers[:HELLO_VALUES]
         signature = join_uint64(high, low)
         counts = (commands, states)
         if signature is None or not all(0 <= n < 2**16 and n == int(n) for n in counts):
             return None
-        return cls(signature, step, watchdog, int(commands), int(states), lockstep)
+        return cls(signature, step, scale, watchdog, int(commands), int(states), lockstep)
 
     def with_watchdog(self, watchdog: float) -> Handshake:
         """Return a copy with another watchdog timeout, in [s]."""

@@ -7,7 +7,7 @@ numbers are little-endian:
     8   u32       version, 1
     12  u32       length of the header in bytes
     16  u32       CRC-32 of the header
-    20  header    JSON: names, units, signature, step, run id, versions
+    20  header    JSON: names, units, signature, step, scale, run id, versions
 
 Records of 40 + 8 (commands + states) bytes each follow:
 

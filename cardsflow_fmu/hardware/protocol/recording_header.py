@@ -35,6 +35,7 @@ class RecordingHeader:
         state_names: Names of the states, such as `q.elbow`.
         signature: Hash of the signals, 64 bits.
         step: Time step of the run, in [s].
+        scale: Scale of the values in frames.
         lockstep: Whether the run was in lockstep.
         link: Address of the link.
         start_state: State before the first exchange; empty if it is unknown.
@@ -48,6 +49,7 @@ class RecordingHeader:
     state_units: tuple[str, ...]
     signature: int
     step: float
+    scale: float = 1.0
     lockstep: bool = False
     run_id: int = 0
     link: str = ""
@@ -90,8 +92,8 @@ def header_of(data: dict[str, Any]) -> RecordingHeader:
     values["signature"] = int(values["signature"], 16)
     values["start_state"] = tuple(map(float, values["start_state"]))
     header = RecordingHeader(**values)
-    if not _MIN_STEP <= header.step < math.inf:
-        raise ValueError(f"step must be at least {_MIN_STEP:g} s")
+    if not _MIN_STEP <= header.step < math.inf or not 0 < header.scale < math.inf:
+        raise ValueError(f"step must be at least {_MIN_STEP:g} s, and scale must be positive")
     names = (header.command_names, header.state_names)
     units = (header.command_units, header.state_units)
     if [len(row) for row in names] != [len(row) for row in units]:

@@ -71,7 +71,8 @@ def require_forces(robot: Robot, file: Path | None = None) -> None:
 def hardware_signature(robot: Robot, settings: HardwareSettings) -> int:
     """Return the signature of the signals of a robot; see `signature.port_signature`."""
     commands, states = hardware_signals(robot, settings)
-    return port_signature(commands, states, command_kind=settings.motors.command)
+    kind = settings.motors.command
+    return port_signature(commands, states, command_kind=kind, scale=settings.scale)
 
 
 def _command_prefix_and_unit(motors: MotorSettings) -> tuple[str, str]:

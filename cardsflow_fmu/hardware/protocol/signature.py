@@ -13,6 +13,7 @@ def port_signature(
     states: Sequence[tuple[str, str]],
     *,
     command_kind: str = "force",
+    scale: float = 1.0,
 ) -> int:
     """Return the hash of a list of signals, 64 bits.
 
@@ -20,9 +21,11 @@ def port_signature(
         commands: Name and unit of each value of a set point, in order, such as ("f.biceps", "N").
         states: Name and unit of each value of a state, in order, such as ("q.elbow", "rad").
         command_kind: Quantity that the motors control: "force", "length" or "velocity".
+        scale: Scale of the values in frames. A value in a frame is the SI value divided by it.
     """
     ports = [
         command_kind,
+        float(scale).hex(),
         [list(port) for port in commands],
         [list(port) for port in states],
     ]

@@ -160,6 +160,7 @@ def handshake_of(robot: Robot, settings: HardwareSettings, step: float) -> Hands
     return Handshake(
         signature=hardware_signature(robot, settings),
         step=step,
+        scale=settings.scale,
         watchdog=settings.watchdog,
         commands=m + motors,
         states=settings.states(n, m, motors),
@@ -188,6 +189,7 @@ def _header(robot: Robot, settings: HardwareSettings, link: HardwareLink) -> Rec
         state_units=tuple(unit for _, unit in states),
         signature=link.agreed.signature,
         step=link.agreed.step,
+        scale=link.agreed.scale,
         lockstep=link.agreed.lockstep,
         run_id=link.run_id,
         link=settings.link,

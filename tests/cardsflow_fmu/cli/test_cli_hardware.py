@@ -157,7 +157,7 @@ class Line:
         header = read_recording(recorded).header
         self._link = UdpLink(uri, key=key, timeout=timeout)
         self._handshake = Handshake(
-            header.signature, 2e-3, 10.0, header.commands, header.states, lockstep=False
+            header.signature, 2e-3, 1.0, 10.0, header.commands, header.states, lockstep=False
         )
 
     def __enter__(self) -> Line:

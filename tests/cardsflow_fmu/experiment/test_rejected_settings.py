@@ -141,6 +141,7 @@ PLANAR_2R: list[Row] = [
     ),
     ({"hardware.ramp_down": 60.0}, "hardware.ramp_down: must be at most 3"),
     ({"hardware.ramp_in": -1}, "hardware.ramp_in: must not be negative"),
+    ({"hardware.scale": 0.0}, "hardware.scale: must be above 0"),
     ({"hardware.start_tolerance": -0.1}, "hardware.start_tolerance: must not be negative"),
     ({"hardware.max_tension": {"cable_9": 1.0}}, "no muscle 'cable_9'; did you mean 'cable_"),
     ({"hardware.use": 1}, "hardware.use: must be true or false"),

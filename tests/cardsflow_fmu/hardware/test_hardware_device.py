@@ -62,7 +62,7 @@ class Talk:
         flags = int(Flag.LOCKSTEP) if request.lockstep else 0
         (answer,) = self.send(self.frame(Kind.HELLO, request.values(), flags=flags))
         if answer.kind is Kind.HELLO_ACK:
-            nonce = join_uint64(*map(float, answer.values[6:8]))
+            nonce = join_uint64(*map(float, answer.values[7:9]))
             assert nonce is not None
             self.keys = self.keys.for_run(self.run, nonce)
         return answer
@@ -93,8 +93,8 @@ def test_a_run_from_hello_to_stop(key: bytes | None) -> None:
     answer = talk.handshake()
     assert device.state == "ready"
     assert not robot.given
-    assert Handshake.from_values(answer.values[:6], False) == handshake()
-    np.testing.assert_array_equal(answer.values[8:], robot.state())
+    assert Handshake.from_values(answer.values[:7], False) == handshake()
+    np.testing.assert_array_equal(answer.values[9:], robot.state())
     (state,) = talk.pull()
     assert device.state == "running"
     assert (state.kind, state.seq, state.run_id) == (Kind.STATE, 1, 77)
@@ -200,11 +200,23 @@ def test_in_lockstep_a_set_point_is_one_step_and_its_copy_is_none() -> None:
     assert talk.device.state == "running"
 
 
+def test_values_are_scaled_both_ways() -> None:
+    device = make_device(scale=4.0)
+    talk = Talk(device)
+    talk.handshake(Handshake(SIGNATURE, STEP, 4.0, 0.02, COMMANDS, STATES, True))
+    (state,) = talk.pull([1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(robot_of(device).given[-1], [4.0, 8.0, 12.0])
+    np.testing.assert_allclose(4 * state.values, robot_of(device).state(), rtol=1e-15)
+    assert talk.pull([1e308, 2.0, 3.0]) == []
+    assert device.counters["not finite"] == 1
+
+
 REQUESTS = [
     (handshake(), None),
-    (Handshake(SIGNATURE ^ 1, STEP, 0.02, COMMANDS, STATES, False), ErrorCode.PORTS),
-    (Handshake(SIGNATURE, STEP, 0.02, COMMANDS + 1, STATES, False), ErrorCode.PORTS),
-    (Handshake(SIGNATURE, STEP, 0.02, COMMANDS, STATES - 1, False), ErrorCode.PORTS),
+    (Handshake(SIGNATURE ^ 1, STEP, 1.0, 0.02, COMMANDS, STATES, False), ErrorCode.PORTS),
+    (Handshake(SIGNATURE, STEP, 1.0, 0.02, COMMANDS + 1, STATES, False), ErrorCode.PORTS),
+    (Handshake(SIGNATURE, STEP, 1.0, 0.02, COMMANDS, STATES - 1, False), ErrorCode.PORTS),
+    (Handshake(SIGNATURE, STEP, 2.0, 0.02, COMMANDS, STATES, False), ErrorCode.SCALE),
     (handshake(step=0.5 * STEP, lockstep=True), ErrorCode.STEP),
     (handshake(step=1.5 * STEP, lockstep=True), ErrorCode.STEP),
     (handshake(step=5 * STEP, lockstep=True), None),
@@ -215,6 +227,7 @@ REQUESTS = [
     (handshake(step=0.0), ErrorCode.STEP),
     (handshake(step=-1.0), ErrorCode.STEP),
     (handshake(step=-1.0, lockstep=True), ErrorCode.STEP),
+    (Handshake(SIGNATURE, STEP, 0.0, 0.02, COMMANDS, STATES, False), ErrorCode.SCALE),
     (handshake(watchdog=-1.0), ErrorCode.WATCHDOG),
     (handshake(watchdog=-1.0, lockstep=True), ErrorCode.WATCHDOG),
     (handshake(step=0.5 * STEP), None),
@@ -242,7 +255,7 @@ def test_a_device_accepts_valid_handshakes_only(
 )
 def test_the_shorter_watchdog_is_used(requested: float, agreed: float) -> None:
     talk = Talk(make_device())
-    assert talk.handshake(handshake(watchdog=requested)).values[3] == agreed
+    assert talk.handshake(handshake(watchdog=requested)).values[4] == agreed
     talk.pull()
     assert talk.device.next_deadline == pytest.approx(talk.now + agreed)
 
@@ -369,7 +382,7 @@ def test_signed_frames_of_an_earlier_run_are_dropped() -> None:
         {"f_min": math.nan, "f_max": 3.0},
         {"f_min": 4.0, "f_max": 3.0},
         {"f_min": 0.0, "f_max": 3.0, "watchdog": 0.0},
-        {"f_min": 0.0, "f_max": 3.0, "watchdog": math.inf},
+        {"f_min": 0.0, "f_max": 3.0, "scale": math.inf},
         {"f_min": 0.0, "f_max": 3.0, "key": b"short"},
     ],
 )

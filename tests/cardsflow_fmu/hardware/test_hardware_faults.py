@@ -365,7 +365,7 @@ def test_a_second_sender_is_rejected_without_effect(
 def test_damaged_and_forged_frames_are_dropped() -> None:
     """A running device receives 10,000 of them; `World` checks the device."""
     world = World(load(), Faults(corrupt=1.0, seed=1))
-    handshake = Handshake(world.device.signature, STEP, 0.02, 4, 12, False)
+    handshake = Handshake(world.device.signature, STEP, 1.0, 0.02, 4, 12, False)
     device, answers = world.device, []
     answers += device.receive(
         pack(Frame(Kind.HELLO, 0, 7, 0, 0.0, 1, 0, handshake.values())), "us", 0

@@ -250,7 +250,7 @@ def test_a_receiver_is_synchronised_after_one_frame() -> None:
 PORTS = [("f.biceps", "N"), ("f.triceps", "N")], [("q.elbow", "rad")]
 
 
-def test_a_signature_depends_on_names_units_order_and_kind() -> None:
+def test_a_signature_depends_on_names_units_order_kind_and_scale() -> None:
     commands, states = PORTS
     signatures = {
         port_signature(commands, states),
@@ -259,15 +259,16 @@ def test_a_signature_depends_on_names_units_order_and_kind() -> None:
         port_signature(commands, [("q.knee", "rad")]),
         port_signature(commands[:1], [commands[1], *states]),
         port_signature(commands, states, command_kind="length"),
+        port_signature(commands, states, scale=10.0),
     }
-    assert len(signatures) == 6
+    assert len(signatures) == 7
     assert port_signature(commands, states) == port_signature(tuple(commands), tuple(states))
     assert all(0 <= signature < 2**64 for signature in signatures)
 
 
 @given(st.integers(0, 2**64 - 1), st.booleans())
 def test_a_hello_round_trips(signature: int, lockstep: bool) -> None:
-    handshake = Handshake(signature, 1e-3, 0.02, 4, 12, lockstep)
+    handshake = Handshake(signature, 1e-3, 2.0, 0.02, 4, 12, lockstep)
     assert Handshake.from_values(handshake.values(), lockstep) == handshake
 
 
@@ -277,17 +278,17 @@ def test_a_hello_round_trips(signature: int, lockstep: bool) -> None:
         {0: -1.0},
         {0: 2.0**32},
         {1: 0.5},
-        {4: 1.5},
-        {5: 65536.0},
-        {5: -1.0},
+        {5: 1.5},
+        {6: 65536.0},
+        {6: -1.0},
     ],
 )
 def test_invalid_handshake_values_are_rejected(change: dict[int, float]) -> None:
-    values = Handshake(5, 1e-3, 0.02, 4, 12, False).values()
+    values = Handshake(5, 1e-3, 1.0, 0.02, 4, 12, False).values()
     for k, value in change.items():
         values[k] = value
     assert Handshake.from_values(values, False) is None
-    assert Handshake.from_values(values[:5], False) is None
+    assert Handshake.from_values(values[:6], False) is None
 
 
 def rows(after: str) -> list[list[str]]:

@@ -19,6 +19,7 @@ import pytest
 from support.hardware.hardware_devices import (
     COMMANDS,
     KEY,
+    SIGNATURE,
     STATES,
     STEP,
     handshake,
@@ -165,6 +166,15 @@ def test_a_link_can_be_opened_again(kind: str) -> None:
         assert len(runs) == 3
 
 
+def test_set_points_and_states_are_scaled() -> None:
+    device = make_device(scale=8.0)
+    with linked("udp", device) as link:
+        link.open(Handshake(SIGNATURE, STEP, 8.0, 0.02, COMMANDS, STATES, True))
+        came = pull(link)
+    np.testing.assert_array_equal(robot_of(device).given[0], PULL)
+    np.testing.assert_allclose(came.state[:3], STEP * PULL, rtol=1e-14)
+
+
 def test_the_watchdog_expires_without_set_points() -> None:
     """It expires in real time, within the timeout plus two ticks of the server."""
     device = make_device()
@@ -212,7 +222,8 @@ def test_a_link_with_a_key_requires_a_device_with_the_key() -> None:
 @pytest.mark.parametrize(
     ("asked", "word"),
     [
-        (Handshake(1, STEP, 0.02, COMMANDS, STATES, False), "signals"),
+        (Handshake(1, STEP, 1.0, 0.02, COMMANDS, STATES, False), "signals"),
+        (Handshake(SIGNATURE, STEP, 2.0, 0.02, COMMANDS, STATES, False), "scale"),
         (handshake(step=0.0015, lockstep=True), "time step"),
         (handshake(step=0.1), "watchdog"),
     ],

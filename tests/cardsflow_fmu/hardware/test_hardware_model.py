@@ -151,7 +151,7 @@ def test_in_lockstep_hardware_has_the_trajectory_of_the_plant(
                 }
             },
         ),
-        (PLANAR_2R, {"hardware.has_lengths": False}),
+        (PLANAR_2R, {"hardware.scale": 100.0, "hardware.has_lengths": False}),
         (ARM, {"run.step": 0.002, "controller.period": 0.004, "plant.step": 0.001}),
     ],
 )
@@ -372,7 +372,7 @@ class SilentLink:
 
 def session(link: SilentLink, settings: dict[str, Any] | None = None) -> HardwareSession:
     made = experiment({"hardware.mode": "realtime", "hardware.max_missed": 3} | (settings or {}))
-    handshake = Handshake(1, 1e-3, 0.02, 4, 12, lockstep=not made.hardware.is_paced)
+    handshake = Handshake(1, 1e-3, 1.0, 0.02, 4, 12, lockstep=not made.hardware.is_paced)
     one = HardwareSession(made.robot, made.hardware, link, handshake)
     one.open()
     return one

@@ -167,6 +167,7 @@ def good() -> dict:
         "state_units": ["rad"],
         "signature": "00ff",
         "step": STEP,
+        "scale": 1.0,
         "lockstep": False,
         "run_id": 1,
         "link": "",
@@ -192,7 +193,7 @@ def good() -> dict:
         (altered({"step": 1.0}), "its header is invalid: 'command_names'"),
         (
             altered(good() | {"step": 0.0}),
-            "step must be at least 1e-06 s",
+            "step must be at least 1e-06 s, and scale must be positive",
         ),
         (altered(good() | {"step": "1"}), "its header is invalid"),
         (altered(good() | {"signature": 3}), "its header is invalid"),

@@ -385,6 +385,7 @@ bind = "127.0.0.1"
 max_missed = 7
 watchdog = 0.03
 timeout = 0.7
+scale = 10.0
 has_lengths = false
 ramp_in = 0.3
 ramp_down = 0.1

@@ -333,7 +333,7 @@ def test_a_nonce_that_is_not_an_integer_of_64_bits_is_rejected(
                 if not data:
                     return
                 hello = unpack(data)
-                values = np.array([*hello.values, *halves, *np.zeros(int(hello.values[5]))])
+                values = np.array([*hello.values, *halves, *np.zeros(int(hello.values[6]))])
                 empty = np.zeros(len(values))
                 head = pack(Frame(Kind.HELLO_ACK, 0, hello.run_id, 0, 0.0, 1, 0, empty))[:48]
                 line.sendto(with_checksum(head + values.tobytes()), peer)
@@ -432,6 +432,7 @@ def test_errors_are_reported_as_messages(planar: Path, tmp_path: Path) -> None:
         ({"run.step": 0.001, "controller.period": 0.005}, "set run.step to controller.period"),
         ({"hardware.has_positions": False}, "expects positions and velocities"),
         ({"hardware.has_tensions": False}, "expects lengths and tensions"),
+        ({"hardware.scale": 2.0}, "in SI units"),
         ({"controller.type": "mpc"}, "has no predictive control"),
     ],
 )

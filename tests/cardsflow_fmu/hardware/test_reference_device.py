@@ -79,7 +79,7 @@ def running(
 
 
 def handshake(*, lockstep: bool = False, step: float = STEP) -> Handshake:
-    return Handshake(SIGNATURE, step, 0.02, COMMANDS, STATES, lockstep)
+    return Handshake(SIGNATURE, step, 1.0, 0.02, COMMANDS, STATES, lockstep)
 
 
 def pull(link: UdpLink, command=PULL, *, within: float = SOON) -> Exchange:
@@ -196,8 +196,9 @@ def test_forces_are_clamped(built: Path, tmp_path: Path) -> None:
 
 def test_runs_are_rejected_with_a_reason(built: Path, tmp_path: Path) -> None:
     requests = [
-        (Handshake(1, STEP, 0.02, COMMANDS, STATES, False), "signals"),
-        (Handshake(SIGNATURE, STEP, 0.02, COMMANDS + 1, STATES, False), "signals"),
+        (Handshake(1, STEP, 1.0, 0.02, COMMANDS, STATES, False), "signals"),
+        (Handshake(SIGNATURE, STEP, 1.0, 0.02, COMMANDS + 1, STATES, False), "signals"),
+        (Handshake(SIGNATURE, STEP, 2.0, 0.02, COMMANDS, STATES, False), "scale"),
         (handshake(step=1.5 * STEP, lockstep=True), "time step"),
         (handshake(step=1e300, lockstep=True), "time step"),
         (handshake(step=0.011), "watchdog"),

@@ -65,14 +65,17 @@ class Integrator:
 
 
 def handshake(*, lockstep: bool = False, step: float = STEP, watchdog: float = 0.02) -> Handshake:
-    return Handshake(SIGNATURE, step, watchdog, COMMANDS, STATES, lockstep)
+    return Handshake(SIGNATURE, step, 1.0, watchdog, COMMANDS, STATES, lockstep)
 
 
-def make_device(key: bytes | None = None, *, watchdog: float = 0.02, step: float = STEP) -> Device:
+def make_device(
+    key: bytes | None = None, *, watchdog: float = 0.02, scale: float = 1.0, step: float = STEP
+) -> Device:
     return Device(
         Integrator(),
         SIGNATURE,
         step,
+        scale=scale,
         key=key,
         watchdog=watchdog,
         f_min=F_MIN,
