@@ -37,6 +37,10 @@ class QuadraticProgram(NamedTuple):
     lb: FloatArray
     ub: FloatArray
 
+    def value(self, d: FloatArray) -> float:
+        """Return the objective at d."""
+        return float((self.g + 0.5 * (self.P @ d)) @ d)
+
 
 @dataclass(frozen=True, slots=True)
 class QpSolution:

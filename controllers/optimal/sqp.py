@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,7 @@ OPTIMAL, NEARLY_OPTIMAL, INFEASIBLE, NOT_CONVERGED, INTERRUPTED = STATUSES = (
     "interrupted",
 )
 
+_TOLERANCE, _TOLERANCE_OF_GLOBALS = 3e-7, 5e-8  # the cost is flat in durations and parameters
 _SHARES = 0.5 ** np.arange(9)
 _FEASIBILITY = 1e-7  # largest accepted violation of a constraint, scaled
 _MARGIN = 1e-5  # required decrease, relative to the violation
@@ -110,7 +112,7 @@ class _State:
         free: Number of steps that may increase both cost and violation.
         positive: See `Transcription.program`.
         is_full: Whether the last step was a full one.
-        is_slow: Whether the last step hardly reduced the violation.
+        reduced: Factor of the violation in the last step.
         best: Last iterate that satisfies the constraints, with its terms.
     """
 
@@ -123,8 +125,22 @@ class _State:
     free: int = _FREE_STEPS
     positive: float = 0.0
     is_full: bool = False
-    is_slow: bool = False
+    reduced: float = 0.0
     best: tuple[Iterate, Linearisation] | None = None
+
+
+class _Step(NamedTuple):
+    """Step from an iterate.
+
+    Attributes:
+        program: Its quadratic program.
+        solution: Solution of this program.
+        is_relaxed: Whether constraints had to be relaxed.
+    """
+
+    program: Program
+    solution: QpSolution
+    is_relaxed: bool
 
 
 def _rank(solution: Solution) -> tuple[bool, bool, float]:
@@ -144,8 +160,8 @@ class Optimiser:
 
     Args:
         problem: The problem.
-        tolerance: Relative decrease of the cost that a step must promise; otherwise the motion is
-            optimal.
+        tolerance: Decrease that a step must promise, relative to the cost; otherwise the motion is
+            optimal (default: 3e-7, or 5e-8 with a free duration or parameters).
         max_iterations: Number of iterations.
         refine: Function of an iterate and the ends of its intervals that makes the dynamics more
             accurate if the iterate requires it, and returns whether they changed.
@@ -154,13 +170,15 @@ class Optimiser:
     def __init__(
         self,
         problem: OptimalProblem,
-        tolerance: float = 1e-7,
+        tolerance: float = 0.0,
         max_iterations: int = 100,
         refine: Callable[[Iterate, FloatArray], bool] = lambda _, ends: False,
     ) -> None:
         self.problem = problem
         self.transcription = Transcription(problem)
-        self._tolerance, self._max_iterations, self._refine = tolerance, max_iterations, refine
+        has_globals = problem.is_free_time or len(problem.parameters) > 0
+        self._tolerance = tolerance or (_TOLERANCE_OF_GLOBALS if has_globals else _TOLERANCE)
+        self._max_iterations, self._refine = max_iterations, refine
 
     def solve(
         self,
@@ -267,18 +285,18 @@ class Optimiser:
 
     def _iterate(self, state: _State) -> tuple[str, float]:
         """Improve the iterate. Return the status if this is the end, and the share of the step."""
-        program, found_step, is_relaxed = self._step(state)
-        step = found_step.d
-        if not found_step.is_solved:
+        best = self._step(state)
+        if not best.solution.is_solved:
             return self._increase_damping(state), 0.0
-        feasible = self._worst(state) <= _FEASIBILITY
-        promise = abs(self._slope(state, step)) / max(abs(state.linearised.cost), 1e-12)
-        if not is_relaxed and promise < self._tolerance:
-            if feasible:
+        chosen, is_end = best, False
+        if not best.is_relaxed and self._promised(state, best) < self._tolerance:
+            worst = self._worst(state)
+            if worst <= _FEASIBILITY:
                 return OPTIMAL if state.damping <= _LARGE_DAMPING else "stalled", 0.0
-            if state.is_slow:
-                program, found_step, is_relaxed = self._step(state, max(_CORRECTION, state.damping))
-                step = found_step.d
+            if state.reduced * worst > _FEASIBILITY:
+                chosen, is_end = self._correction(state, best)
+        program, solution, is_relaxed = chosen
+        step = solution.d
         moved, share, linearised = self._search(state, step, is_relaxed)
         if moved is None and not is_relaxed and self._worst(state) < _NEAR:
             # the filter rejects steps of second order near the optimum: follow one, and start anew
@@ -294,10 +312,10 @@ class Optimiser:
         before, after = violation(state.at, state.linearised), violation(moved, linearised)
         stays = is_relaxed and after >= _PROGRESS * before
         if not is_relaxed:
-            multipliers = self.transcription.multipliers(state.linearised, program, found_step)
+            multipliers = self.transcription.multipliers(state.linearised, program, solution)
             self._learn(state, moved, linearised, multipliers)
         reduced = after / max(before, _FEASIBILITY)
-        if state.free <= 0 and self._refine(moved, linearised.intervals.ends):
+        if state.free <= 0 and self._refine(moved, linearised.ends):
             linearised = self.transcription.linearise(moved) or linearised
             state.filter, state.best = state.filter[:1], None
         state.at, state.linearised = moved, linearised
@@ -305,6 +323,8 @@ class Optimiser:
             state.best = moved, linearised
         state.idle = state.idle + 1 if stays else 0
         self._adapt_damping(state, share, reduced)
+        if is_end and self._worst(state) <= _FEASIBILITY:
+            return OPTIMAL, share
         return "stalled" if state.idle >= _STALLED else "", share
 
     def _learn(
@@ -320,7 +340,7 @@ class Optimiser:
 
         A bad step also adds the positive part of the Hessian of the dynamics.
         """
-        is_good, state.is_slow = share == 1.0 and reduced <= 1.0, reduced >= _GOOD
+        is_good, state.reduced = share == 1.0 and reduced <= 1.0, reduced
         positive = _LESS_POSITIVE * state.positive if is_good else 1.0
         state.positive = positive if positive > _MIN_POSITIVE else 0.0
         if share < 1.0:
@@ -328,7 +348,7 @@ class Optimiser:
         elif reduced > 1.0 and state.free <= 0:
             damping = max(4.0 * state.damping, _MORE_DAMPING)
         else:
-            damping = max((0.5 if state.is_slow else 0.2) * state.damping, _MIN_DAMPING)
+            damping = max((0.5 if reduced >= _GOOD else 0.2) * state.damping, _MIN_DAMPING)
         state.damping = min(damping, _LARGE_DAMPING)
 
     def _increase_damping(self, state: _State) -> str:
@@ -344,17 +364,22 @@ class Optimiser:
         terms = state.linearised
         return self.transcription.violations(state.at, terms.gaps, terms.values)
 
-    def _step(
-        self, state: _State, damping: float | None = None
-    ) -> tuple[Program, QpSolution, bool]:
-        """Return the program, the step, and whether constraints had to be relaxed."""
+    def _step(self, state: _State, damping: float | None = None) -> _Step:
+        """Return the step from an iterate."""
         damping = state.damping if damping is None else damping
         arguments = state.at, state.linearised, damping, state.hessian.blocks, state.positive
         program = self.transcription.program(*arguments)
         solution = solve_qp(program.qp, all(each.in_stages for each in self.problem.linear))
         if solution.is_solved:
-            return program, solution, False
-        return program, self._relaxed(program.qp), True
+            return _Step(program, solution, False)
+        return _Step(program, self._relaxed(program.qp), True)
+
+    def _correction(self, state: _State, best: _Step) -> tuple[_Step, bool]:
+        """Return a step to the nearest motion without violation, and whether that is optimal."""
+        step, qp = self._step(state, max(_CORRECTION, state.damping)), best.program.qp
+        loss = self._relative(state, qp.value(step.solution.d) - qp.value(best.solution.d))
+        is_optimal = loss < self._tolerance and state.damping <= _LARGE_DAMPING
+        return step, is_optimal and not step.is_relaxed
 
     def _relaxed(self, program: QuadraticProgram) -> QpSolution:
         transcription = self.transcription
@@ -362,6 +387,16 @@ class Optimiser:
         soft[transcription.state_indices] = True
         weight = _PENALTY * max(float(abs(program.g).max()), 1.0)
         return solve_relaxed(program, transcription.hard_rows, soft, weight)
+
+    def _promised(self, state: _State, step: _Step) -> float:
+        """Return the decrease of the Lagrangian that a step promises, relative to the cost."""
+        qp, solution = step.program.qp, step.solution
+        return self._relative(state, qp.value(solution.d) + float(solution.y @ qp.b))
+
+    def _relative(self, state: _State, change: float) -> float:
+        """Return the size of a change of the objective of a program, relative to the cost."""
+        terms, cost = state.linearised.terms, abs(state.linearised.cost)
+        return abs(change) * self.transcription.cost_scale(terms) / max(cost, 1e-12)
 
     def _slope(self, state: _State, step: FloatArray) -> float:
         """Return the change of the cost along a step."""

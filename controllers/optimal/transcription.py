@@ -25,7 +25,8 @@ class Linearisation(NamedTuple):
     """Terms of a problem at an iterate.
 
     Attributes:
-        intervals: Intervals with derivatives.
+        ends: States at the ends of the intervals, shape (N, nx).
+        by_stages: Scaled derivatives of the ends by states, controls and globals, (N, nx, nz).
         gaps: Ends of the intervals minus states at the next nodes, shape (N, nx).
         values: Values of each node constraint, shape (k, r), then of each linear one, shape (r,).
         jacobians: Derivatives of the node constraints by the states, shape (k, r, nx); inside
@@ -34,7 +35,8 @@ class Linearisation(NamedTuple):
         cost: The cost.
     """
 
-    intervals: IntervalResult
+    ends: FloatArray
+    by_stages: FloatArray
     gaps: FloatArray
     values: list[FloatArray]
     jacobians: list[FloatArray]
@@ -149,7 +151,8 @@ class Transcription:
                 return None
             pairs.append(pair)
         return Linearisation(
-            intervals,
+            intervals.ends,
+            self._by_stages(intervals) / self.x_scale[:, None] * self._z_scale,
             intervals.ends - at.x[1:],
             self._values(at, [values for values, _ in pairs]),
             [jacobian for _, jacobian in pairs],
@@ -168,8 +171,7 @@ class Transcription:
             return None
         values, jacobian = constraint.evaluate(parts.ends)
         if derivatives:
-            by_globals = self._by_globals(parts, constraint.shares[:, None])
-            jacobian = jacobian @ np.concatenate([parts.A, parts.B, by_globals], axis=2)
+            jacobian = jacobian @ self._by_stages(parts, constraint.shares[:, None])
         return values, jacobian
 
     def program(
@@ -208,10 +210,10 @@ class Transcription:
         A, b = self._equalities(at, linearised)
         C, low, high = self._inequalities(linearised)
         equal = np.concatenate([*self._is_equal, np.empty(0, dtype=bool)])
-        A = vstack([A, C[equal]], format="csc")
-        b = np.concatenate([b, low[equal]])
-        lb, ub = self._bounds(at)
-        qp = QuadraticProgram(P, g, A, b, C[~equal], low[~equal], high[~equal], lb, ub)
+        if equal.any():
+            A, b = vstack([A, C[equal]], format="csc"), np.concatenate([b, low[equal]])
+            C, low, high = C[~equal], low[~equal], high[~equal]
+        qp = QuadraticProgram(P, g, A, b, C, low, high, *self._bounds(at))
         return Program(qp, moved)
 
     def _with_dynamics(
@@ -227,31 +229,24 @@ class Transcription:
         ):
             J = (jacobian[..., :nx] * self.x_scale)[:, constraint.low == constraint.high]
             blocks[constraint.nodes, :nx, :nx] += _FIXED * np.einsum("kri,krj->kij", J, J)
-        ends, gaps = self._ends_by_stages(linearised), linearised.gaps / self.x_scale
+        ends, gaps = linearised.by_stages, linearised.gaps / self.x_scale
         free = np.concatenate([np.flatnonzero(~self._fixed[0]), nx + np.arange(len(self._g))])
         return convexify_with_share(blocks, of_dynamics, ends, gaps, self._nu, free)
 
-    def _ends_by_stages(self, linearised: Linearisation) -> FloatArray:
-        """Return the scaled derivatives of ends by states, controls, globals, (N, nx, nz)."""
-        ends = linearised.intervals
-        by_all = np.concatenate([ends.A, ends.B, self._by_globals(ends)], axis=2)
-        return np.asarray(by_all / self.x_scale[:, None] * self._z_scale)
-
     def _equalities(self, at: Iterate, linearised: Linearisation) -> tuple[csc_matrix, FloatArray]:
-        nx, nz, ends = self._nx, self._width, self._ends_by_stages(linearised)
+        nx, nz, ends = self._nx, self._width, linearised.by_stages
         parts = ends[:, :, :nx], ends[:, :, nx:nz], -np.ones((self._N, nx)), ends[:, :, nz:]
         count = int(self._fixed.sum())
         A = self._A.fill(*parts, np.ones(count))
         rest = (self.problem.x_low - at.x) / self.x_scale
         return A, np.concatenate([(-linearised.gaps / self.x_scale).ravel(), rest[self._fixed]])
 
-    def _by_globals(
-        self, intervals: IntervalResult, shares: FloatArray | float = 1.0
-    ) -> FloatArray:
-        """Return the derivatives of the ends of k intervals by the globals, shape (k, nx, ng)."""
-        by_time = (shares * intervals.c)[:, :, None] / self._N
-        parts = ([intervals.D] if self._np else []) + ([by_time] if self._has_time else [])
-        return np.concatenate([*parts, np.empty((len(by_time), self._nx, 0))], axis=2)
+    def _by_stages(self, intervals: IntervalResult, shares: FloatArray | float = 1.0) -> FloatArray:
+        """Return the derivatives of k ends by states, controls and globals, shape (k, nx, nz)."""
+        parts = [intervals.A, intervals.B] + ([intervals.D] if self._np else [])
+        if self._has_time:
+            parts.append((shares * intervals.c)[:, :, None] / self._N)
+        return np.concatenate(parts, axis=2)
 
     def _inequalities(self, linearised: Linearisation) -> tuple[csc_matrix, FloatArray, FloatArray]:
         """Return the rows of all constraints with their bounds."""
@@ -321,7 +316,7 @@ class Transcription:
 
     def stage_gradients(self, linearised: Linearisation, multipliers: FloatArray) -> FloatArray:
         """Return the gradients of the multiplied ends by the scaled stages, shape (N, nz)."""
-        return np.asarray(np.einsum("ki,kij->kj", multipliers, self._ends_by_stages(linearised)))
+        return np.asarray(np.einsum("ki,kij->kj", multipliers, linearised.by_stages))
 
     def gradient(self, at: Iterate, terms: CostTerms) -> FloatArray:
         """Return the gradient of the cost by the scaled variables."""

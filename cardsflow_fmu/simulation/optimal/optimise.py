@@ -40,7 +40,7 @@ from .problem import ROUGH_INTEGRATION, MotionProblem, motion_problem
 _INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
 _OF_GAPS = 0.1  # error of the integration during iterations, relative to gaps between intervals
 _MAX_ROUNDS = 20  # of constraints between the nodes
-_MAX_PAUSE = 4  # iterations between two checks of the integration
+_MAX_PAUSE = 8  # iterations between two checks of the integration
 MARK_COLUMN = "cardsflow.interval"
 
 
@@ -105,8 +105,11 @@ class _Refinement:
         if self._left > 0:
             return False
         tolerance = max(ROUGH_INTEGRATION, _OF_GAPS * float(abs(ends - at.x[1:]).max()))
-        is_finer = self._setup.refine(at, tolerance, ends=ends)
-        self._left = self._pause = 1 if is_finer else min(2 * self._pause, _MAX_PAUSE)
+        steps = self._setup.shooting.steps
+        self._setup.refine(at, tolerance, ends=ends)
+        is_finer = self._setup.shooting.steps > steps
+        self._pause = self._pause if is_finer else min(2 * self._pause, _MAX_PAUSE)
+        self._left = self._pause
         return is_finer
 
 
@@ -179,12 +182,12 @@ def optimise(
             require_reachable(experiment, setup)
         _require_motion(setup, solution)
         assert solution is not None
-        is_final = solution.status == INTERRUPTED
-        ends = solution.linearisation.intervals.ends
-        if is_final:
+        at, steps = solution.iterate, setup.shooting.steps
+        tolerance, ends = np.inf if stopped else _INTEGRATION_ERROR, solution.linearisation.ends
+        error = setup.refine(at, tolerance, is_final=True, ends=ends)
+        if stopped:
             break
-        at = solution.iterate
-        if not setup.refine(at, _INTEGRATION_ERROR, is_final=True, ends=ends):
+        if setup.shooting.steps == steps:
             inner = between_nodes(setup.problem, at, experiment.run.step)
             if not inner or rounds == _MAX_ROUNDS:
                 break
@@ -200,7 +203,6 @@ def optimise(
         if not solution.is_feasible:
             text = f"the motion violates constraints by {solution.violation:.2g} (scaled)"
         warnings += (f"{solution.status}: {text}; continue with --resume",)
-    error = setup.integration_error(solution.iterate, ends)
     text = f"the integration error of an interval is up to {error:.2g}"
     text += "; increase motion.substeps or motion.intervals"
     if error > ROUGH_INTEGRATION:

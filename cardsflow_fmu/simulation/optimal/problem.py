@@ -12,7 +12,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.settings import MotionTable
-from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.arrays import FloatArray, IntArray
 from controllers.dynamics import actuator_names
 from controllers.optimal.linear import LinearConstraint, limited_rates, periodic
 from controllers.optimal.problem import Iterate, OptimalProblem
@@ -56,10 +56,6 @@ class MotionProblem(NamedTuple):
     free: FreeParameters | None
     notes: tuple[str, ...]
 
-    def integration_error(self, at: Iterate, ends: FloatArray) -> float:
-        """Return the largest error of the ends of the intervals, in rad, m, and their rates."""
-        return float(_errors(ends, self._ends(at, 2 * self.shooting.steps)).max())
-
     def refine(
         self,
         at: Iterate,
@@ -67,42 +63,46 @@ class MotionProblem(NamedTuple):
         *,
         is_final: bool = False,
         ends: FloatArray | None = None,
-    ) -> bool:
-        """Double the substeps until the intervals are accurate; return whether they changed.
+    ) -> float:
+        """Double the substeps until the intervals are accurate.
 
         More than 8 substeps are only used for stiff robots, and not for the wild motions of early
-        iterations, in which they are doubled once. If they hardly reduce the error of an interval,
-        since the forces jump, others are not more accurate than this one or `ROUGH_INTEGRATION`.
+        iterations, in which they are doubled once. If they hardly reduce the error of the worst
+        intervals, since the forces jump, they are not doubled.
 
         Args:
             at: The motion.
             tolerance: Largest error of an interval, in [rad], [m], and their rates.
             is_final: Whether the motion satisfies all constraints.
             ends: Ends of its intervals, if they are known.
+
+        Returns:
+            The largest error.
         """
         first = steps = self.shooting.steps
-        fine = self._ends(at, 2 * steps)
-        errors = _errors(self._ends(at, steps) if ends is None else ends, fine)
+        every = np.arange(len(at.u))
+        fine = self._ends(at, 2 * steps, every)
+        errors = _errors(self._ends(at, steps, every) if ends is None else ends, fine)
         while errors.max() > tolerance:
             is_stiff = is_final and errors.max() > ROUGH_INTEGRATION
             most = _MAX_STIFF if is_stiff else _MAX_REFINED
             if steps >= (most if is_final else min(2 * first, most)):
                 break
-            finer = self._ends(at, 4 * steps)
-            before, errors = errors, _errors(fine, finer)
-            is_smooth = (errors <= before / _MIN_GAIN) | (before > _UNSTABLE)
-            jump = min(before[~is_smooth].max(initial=0.0), ROUGH_INTEGRATION)
-            if before[is_smooth].max(initial=0.0) <= max(tolerance, jump):
+            worst = np.flatnonzero(errors >= max(tolerance, min(errors.max(), ROUGH_INTEGRATION)))
+            after = _errors(fine[worst], self._ends(at, 4 * steps, worst))
+            before = errors[worst]
+            if not ((after <= before / _MIN_GAIN) | (before > _UNSTABLE)).any():
                 break
-            steps, fine = 2 * steps, finer
+            finer = self._ends(at, 4 * steps, every)
+            steps, fine, errors = 2 * steps, finer, _errors(fine, finer)
         self.shooting.steps = steps
-        return steps > first
+        return float(errors.max())
 
-    def _ends(self, at: Iterate, steps: int) -> FloatArray:
-        """Return the ends of the intervals with a number of substeps; infinite if they diverge."""
+    def _ends(self, at: Iterate, steps: int, nodes: IntArray) -> FloatArray:
+        """Return the ends of intervals with a number of substeps; infinite if they diverge."""
         with self.shooting.using(steps):
-            intervals = self.problem.run(at, derivatives=False)
-        return np.full_like(at.x[1:], np.inf) if intervals is None else intervals.ends
+            intervals = self.problem.run_inside(at, nodes, np.ones(len(nodes)), derivatives=False)
+        return np.full_like(at.x[nodes], np.inf) if intervals is None else intervals.ends
 
 
 def _errors(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -161,7 +161,7 @@ def test_least_effort_of_a_mass_on_a_spring_is_that_of_its_gramian() -> None:
 
 def test_free_duration_balances_effort_and_time() -> None:
     """Effort 12 w m² d² / (T³ (1 - 1/N²)) with constant forces in N intervals."""
-    found = solve(problem(costs(force=1.0, time=144.0), (0.1, 3.0)), tolerance=1e-11)
+    found = solve(problem(costs(force=1.0, time=144.0), (0.1, 3.0)), tolerance=1e-12)
     assert found.status == "optimal"
     expected = (36.0 * MASS**2 / 144.0 / (1.0 - 1.0 / 50**2)) ** 0.25
     assert found.iterate.duration == pytest.approx(expected, rel=1e-6)
