@@ -16,12 +16,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_factor, cho_solve, cho_solve_banded, cholesky_banded
+from scipy.linalg import LinAlgError, cho_solve, cho_solve_banded, cholesky_banded
 from scipy.sparse.csgraph import connected_components
 
 from controllers.arrays import FloatArray
 
 _BAND = 2  # distance of coupled unknowns of a muscle
+_BLOCK = 64  # rows of blocks of dense factorisations
 
 
 class ChainEquations(NamedTuple):
@@ -76,8 +77,7 @@ class MuscleChains:
     def __init__(self, L: FloatArray) -> None:
         self._L = L
         self._N, self._m, self._n = L.shape
-        used = abs(L).max(axis=0) > 0.0
-        self._used = [np.flatnonzero(row) for row in used]
+        self._used = used = abs(L).max(axis=0) > 0.0
         count, label = connected_components(used.T.astype(int) @ used.astype(int), directed=False)
         self._groups = [np.flatnonzero(label == k) for k in range(count)]
 
@@ -90,21 +90,18 @@ class MuscleChains:
             return None
         # derivatives of the tension by x before and after
         pull = equations.B[:, :, ::2] + equations.B[:, :, 1, None] * T
-        constant = equations.B[:, :, 1] * equations.t
-        right = np.zeros((m, N + 1, N + 1))
-        k = np.arange(N)
-        right[:, k, k], right[:, k + 1, k] = pull[:, :, 0], pull[:, :, 1]
-        right[:, :, N] = self._gradient(equations)
-        Z = cho_solve_banded((factor, True), right.reshape(-1, N + 1), check_finite=False)
-        Z = Z.reshape(m, N + 1, N + 1)
-        response = pull[:, :, 0, None] * Z[:, :-1] + pull[:, :, 1, None] * Z[:, 1:]
-        tension = constant - response[:, :, N]
+        gradient, factors = self._gradient(equations), (factor, True)
+        x = -cho_solve_banded(factors, gradient.ravel(), check_finite=False).reshape(m, N + 1)
+        tension = equations.B[:, :, 1] * equations.t + _pulled(pull, x)
         load = equations.c + np.einsum("kmn,mk->kn", self._L, tension)
-        y = self._multipliers(response[:, :, :N], equations.D, load)
+        response = _responses(factor.reshape(-1, m, N + 1), pull)
+        y = self._multipliers(response, equations.D, load)
         if y is None:
             return None
-        pulls = np.einsum("kmn,kn->mk", self._L, y)
-        x = -Z[:, :, N] - np.matmul(Z[:, :, :N], pulls[:, :, None])[:, :, 0]
+        pulls = pull * np.einsum("kmn,kn->mk", self._L, y)[:, :, None]
+        gradient[:, :-1] += pulls[:, :, 0]
+        gradient[:, 1:] += pulls[:, :, 1]
+        x = -cho_solve_banded(factors, gradient.ravel(), check_finite=False).reshape(m, N + 1)
         a = equations.t + T[:, :, 0] * x[:, :-1] + T[:, :, 1] * x[:, 1:]
         return ChainSolution(x, a, y, self._rows_of_a(equations, x, a))
 
@@ -146,22 +143,74 @@ class MuscleChains:
         self, response: FloatArray, D: FloatArray, load: FloatArray
     ) -> FloatArray | None:
         """Solve (B K^-1 B' + D) y = load."""
-        N, n = self._N, self._n
-        S = np.zeros((n, n, N, N))
-        for m, used in enumerate(self._used):
-            arms = self._L[:, m, used]
-            for i, row in enumerate(used):
-                left = arms[:, i, None] * response[m]
-                for j, column in enumerate(used):
-                    S[row, column] += left * arms[:, j]
-        y = np.empty((N, n))
+        N, y = self._N, np.empty((self._N, self._n))
         for group in self._groups:
             size = N * len(group)
-            block = S[np.ix_(group, group)].transpose(0, 2, 1, 3).reshape(size, size)
+            block = np.zeros((size, size))
+            for i, row in enumerate(group):
+                for j, column in enumerate(group[: i + 1]):
+                    part = block[i * N : (i + 1) * N, j * N : (j + 1) * N]
+                    for m in np.flatnonzero(self._used[:, row] & self._used[:, column]):
+                        moved = response[m] * self._L[:, m, row, None]
+                        moved *= self._L[:, m, column]
+                        part += moved
             block[np.diag_indices(size)] += D[:, group].T.ravel()
             try:
-                factor = cho_factor(block, lower=True, overwrite_a=True, check_finite=False)
+                _factorise(block)
             except LinAlgError:
                 return None
-            y[:, group] = cho_solve(factor, load[:, group].T.ravel()).reshape(len(group), N).T
+            solution = cho_solve((block, True), load[:, group].T.ravel(), check_finite=False)
+            y[:, group] = solution.reshape(len(group), N).T
         return y
+
+
+def _factorise(A: FloatArray) -> None:
+    """Replace the lower triangle of a positive definite matrix by its Cholesky factor.
+
+    `scipy.linalg.cho_factor` needs up to 20 times as much processor time if BLAS has several
+    threads and processors are busy. BLAS multiplies blocks of this size in one thread.
+    """
+    blocks = [slice(k, min(k + _BLOCK, len(A))) for k in range(0, len(A), _BLOCK)]
+    for k, done in enumerate(blocks):
+        A[done, done] = np.linalg.cholesky(A[done, done])
+        inverse = np.linalg.inv(A[done, done]).T
+        for i, rows in enumerate(blocks[k + 1 :], k + 1):
+            A[rows, done] = A[rows, done] @ inverse
+            for columns in blocks[k + 1 : i + 1]:
+                A[rows, columns] -= A[rows, done] @ A[columns, done].T
+
+
+def _pulled(pull: FloatArray, x: FloatArray) -> FloatArray:
+    return np.asarray(pull[:, :, 0] * x[:, :-1] + pull[:, :, 1] * x[:, 1:])
+
+
+def _responses(factor: FloatArray, pull: FloatArray) -> FloatArray:
+    """Return b K^-1 b' of each muscle, shape (m, N, N).
+
+    These matrices are symmetric; the recursions along time only compute their lower triangles.
+
+    Args:
+        factor: Cholesky factor of K as diagonals, shape (3, m, N + 1).
+        pull: Derivatives b of the tension by (x before, x after), shape (m, N, 2).
+    """
+    m, N, _ = pull.shape
+    diagonal, near, far = factor.transpose(0, 2, 1)[..., None]
+    b, Z = pull.transpose(2, 1, 0)[..., None], np.zeros((N + 3, m, N))
+    for k in range(N + 1):
+        Z[k, :, k : k + 1] += b[0, k] if k < N else 0.0
+        Z[k, :, k - 1 : k] += b[1, k - 1] if k else 0.0
+        if k > 0:
+            Z[k, :, :k] -= near[k - 1] * Z[k - 1, :, :k]
+        if k > 1:
+            Z[k, :, : k - 1] -= far[k - 2] * Z[k - 2, :, : k - 1]
+        Z[k, :, : k + 1] /= diagonal[k]
+    response = np.empty((m, N, N))
+    for k in range(N, -1, -1):
+        row = Z[k, :, : k + 1]
+        row -= near[k] * Z[k + 1, :, : k + 1]
+        row -= far[k] * Z[k + 2, :, : k + 1]
+        row /= diagonal[k]
+        if k < N:
+            row_of_tension = b[0, k] * row + b[1, k] * Z[k + 1, :, : k + 1]
+            response[:, k, : k + 1] = response[:, : k + 1, k] = row_of_tension
+    return response

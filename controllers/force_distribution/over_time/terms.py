@@ -172,7 +172,11 @@ def convex(H: FloatArray, added: FloatArray, A: FloatArray) -> FloatArray:
     basis = np.broadcast_to(np.eye(3)[:, 1:], (*A.shape, 2)).copy()
     basis -= factor[..., None, None] * normal[..., :, None] * normal[..., None, 1:]
     damped = H + added[..., None] * np.eye(3)
-    values, vectors = np.linalg.eigh(basis.mT @ damped @ basis)
-    lift = basis @ vectors
-    raised = np.maximum(-values, 0.0)[..., None, :]
-    return np.asarray(H + (lift * raised) @ lift.mT)
+    inner = basis.mT @ damped @ basis
+    mean = (inner[..., 0, 0] + inner[..., 1, 1])[..., None, None] / 2.0
+    rest = inner - mean * np.eye(2)  # eigenvalues -radius and radius
+    radius = np.hypot(rest[..., 0, 0], rest[..., 0, 1])[..., None, None]
+    direction = rest / np.maximum(radius, _TINY)
+    low, high = np.maximum(radius - mean, 0.0), np.maximum(-radius - mean, 0.0)
+    raised = ((low + high) * np.eye(2) + (high - low) * direction) / 2.0
+    return np.asarray(H + basis @ raised @ basis.mT)

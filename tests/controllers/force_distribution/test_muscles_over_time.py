@@ -52,7 +52,7 @@ def waving(frames: int, duration: float = 0.6) -> Motion:
 
 def test_chain_equations_match_dense_equations() -> None:
     rng = np.random.default_rng(0)
-    N, m, n = 4, 3, 2
+    N, m, n = 40, 3, 2  # more equations than a block of the factorisation
     L = rng.normal(size=(N, m, n))
     L[:, 0, 1] = 0.0
 
