@@ -144,9 +144,9 @@ def calibrate(
         CardsflowError: The calibrated robot predicts the held-out windows worse than the original.
     """
     require_valid(robot)
-    seen = MarkerKinematics(robot, markers) if markers else None
-    if seen is not None:
-        recordings = [_add_marker_poses(seen, robot, recording) for recording in recordings]
+    kinematics = MarkerKinematics(robot, markers) if markers else None
+    if kinematics is not None:
+        recordings = [_add_marker_poses(kinematics, robot, recording) for recording in recordings]
     for recording in recordings:
         _require_sensors(robot, recording)
     paths = MusclePaths(robot)
@@ -158,7 +158,7 @@ def calibrate(
     windows, held_out, limit_notes = _split_windows(robot, recordings)
     notes = (*notes, *limit_notes)
     spread = measurement_noise(windows)
-    problem = CalibrationProblem(robot, parameters, spread, seen=seen)
+    problem = CalibrationProblem(robot, parameters, spread, markers=kinematics)
     fitted, some, work = _fit_in_stages(problem, windows, progress)
     require_valid(problem.robot_at(fitted.z))
     result = _build_result(robot, problem, fitted, some, held_out, spread, notes)
@@ -255,12 +255,15 @@ def _rms(problem: CalibrationProblem, residuals: Sequence[FloatArray]) -> Errors
     return Errors(*np.split(rms, [n, n + m]))
 
 
-def _add_marker_poses(seen: MarkerKinematics, robot: Robot, recording: Recording) -> Recording:
+def _add_marker_poses(
+    kinematics: MarkerKinematics, robot: Robot, recording: Recording
+) -> Recording:
     """Return a recording with the poses that are determined by markers."""
     assert recording.markers is not None
     try:
         return replace(
-            recording, shown=poses_from_markers(seen, robot, recording.q, recording.markers)
+            recording,
+            completed=poses_from_markers(kinematics, robot, recording.q, recording.markers),
         )
     except InputError as error:
         raise InputError(f"{recording.name}: {error}") from None

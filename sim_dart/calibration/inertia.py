@@ -80,7 +80,7 @@ class InertiaPrior:
     """
 
     def __init__(self, numbers: FloatArray, sd: float) -> None:
-        self._believed = numbers
+        self._mean = numbers
         self._E = np.array([pseudo_inertia(e) for e in np.eye(10)])
         P0 = pseudo_inertia(numbers)
         self._inverse = np.linalg.inv(P0)
@@ -89,7 +89,7 @@ class InertiaPrior:
 
     def __call__(self, change: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """Return the cost of a change of the numbers, half its gradient, and half its Hessian."""
-        P, E, w = pseudo_inertia(self._believed + change), self._E, self._w
+        P, E, w = pseudo_inertia(self._mean + change), self._E, self._w
         if np.linalg.eigvalsh(P)[0] <= 0.0:
             return np.inf, np.zeros(10), np.zeros((10, 10))
         trace = float(np.sum(self._inverse * P))

@@ -68,7 +68,7 @@ class CalibrationProblem:
         parameters: The free parameters; empty to fit only start states.
         noise: Standard deviation of one measurement, shape (n + m + 3 M,).
         max_step: Largest step of roll-outs, in [s].
-        seen: Motion-capture markers, or None.
+        markers: Motion-capture markers, or None.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class CalibrationProblem:
         parameters: Sequence[Parameter],
         noise: FloatArray,
         max_step: float = MAX_STEP,
-        seen: MarkerKinematics | None = None,
+        markers: MarkerKinematics | None = None,
     ) -> None:
         self.robot, self.parameters = robot, tuple(parameters)
         self._noise = noise
@@ -87,7 +87,7 @@ class CalibrationProblem:
         self._is_friction = np.array([one.kind == "friction" for one in parameters], dtype=bool)
         self.low[self._is_friction] += _MIN_FRICTION
         self._priors = _inertia_priors(self.robot, self.parameters)
-        self._rolls = RollOuts(robot, parameters, max_step, seen)
+        self._rolls = RollOuts(robot, parameters, max_step, markers)
         self._acts = np.arange(len(self.parameters), dtype=np.int32)
 
     def exclude_ineffective(self, information: FloatArray) -> None:

@@ -32,7 +32,7 @@ class Recording:
         tensions: Tensions until the next measurement, shape (K, m), in [N].
         torques: Torques of joint motors, shape (K, n), in [N·m] or [N].
         markers: World positions of M markers, shape (K, 3 M), in [m]; NaN for hidden markers.
-        shown: q with missing encoder positions determined from markers, or None for q.
+        completed: q with missing encoder positions determined from markers, or None for q.
     """
 
     name: str
@@ -42,12 +42,12 @@ class Recording:
     tensions: FloatArray
     torques: FloatArray
     markers: FloatArray | None = None
-    shown: FloatArray | None = None
+    completed: FloatArray | None = None
 
     @property
     def poses(self) -> FloatArray:
         """Joint positions from encoders or markers, shape (K, n), in [rad] or [m]."""
-        return self.q if self.shown is None else self.shown
+        return self.q if self.completed is None else self.completed
 
     @property
     def columns(self) -> FloatArray:

@@ -50,11 +50,11 @@ class RollOuts:
         robot: Robot,
         parameters: Sequence[Parameter],
         max_step: float,
-        seen: MarkerKinematics | None,
+        markers: MarkerKinematics | None,
     ) -> None:
         self._robot, self._parameters = robot, tuple(parameters)
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
-        self._max_step, self._seen = max_step, seen
+        self._max_step, self._markers = max_step, markers
         self._sd = np.array([one.sd for one in parameters])
         self._compliance = cable_compliances(robot)
         self._directions = np.zeros((len(self._parameters), robot_numbers(robot).size))
@@ -157,9 +157,9 @@ class RollOuts:
         slopes[:, :, np.searchsorted(along, moving)] = rolled.derivatives[:, :, : len(moving)]
         slopes[:, :, len(along) :] = rolled.derivatives[:, :, len(moving) :]
         self._add_sensors(y[:, n:], slopes[:, n:], recording.step, tensions, theta, along)
-        if self._seen is not None:
-            markers, seen = self._markers(self._seen, y[:, :n], slopes[:, :n], theta, along)
-            y, slopes = np.hstack([y, markers]), np.hstack([slopes, seen])
+        if self._markers is not None:
+            positions, moved = self._marker_positions(y[:, :n], slopes[:, :n], theta, along)
+            y, slopes = np.hstack([y, positions]), np.hstack([slopes, moved])
         return window.measured - y, -slopes
 
     def _fill_directions(self, z: FloatArray, which: Sequence[bool] | BoolArray) -> None:
@@ -191,20 +191,20 @@ class RollOuts:
         slips: FloatArray = self._slips[recording][window.first]
         return slips
 
-    def _markers(
+    def _marker_positions(
         self,
-        seen: MarkerKinematics,
         q: FloatArray,
         slopes: FloatArray,
         theta: FloatArray,
         along: IntArray,
     ) -> tuple[FloatArray, FloatArray]:
         """Return the marker positions at the poses of a window, and their derivatives."""
-        positions = seen.positions.copy()
+        assert self._markers is not None
+        positions = self._markers.positions.copy()
         for one, change in zip(self._parameters, theta, strict=True):
             if one.kind == "marker":
                 positions[one.item, one.part[0]] += change
-        p, dp, R = seen.at(q, positions)
+        p, dp, R = self._markers.at(q, positions)
         moved = dp @ slopes
         for column, k in enumerate(along):
             one = self._parameters[k]

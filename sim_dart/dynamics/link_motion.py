@@ -77,19 +77,42 @@ def link_motion(
     Raises:
         UnknownNameError: A link does not exist.
     """
-    frames = [
-        TaskFrame(f"{robot.link(name).name} {k}", name, corner)
-        for name in links
-        for k, corner in enumerate(_CORNERS)
-    ]
-    measured = replace(robot, task_sets=(TaskSet("links", tuple(frames)),), task_set="links")
-    dynamics = CoreDynamics(measured, may_be_singular=True)
-    shape = (len(q), len(links), 4, 3)
-    points, accelerations = np.empty((2, *shape))
-    jacobians = np.empty((*shape, dynamics.n))
+    measured = LinkPoints(robot, links)
+    points, jacobians = measured.at(q)
+    accelerations = np.empty_like(points)
     for k in range(len(q)):
-        J = dynamics.task_jacobian(q[k])
-        points[k] = dynamics.task_position(q[k]).reshape(shape[1:])
-        accelerations[k] = (J @ qdd[k] + dynamics.task_bias(q[k], qd[k])).reshape(shape[1:])
-        jacobians[k] = J.reshape(*shape[1:], dynamics.n)
+        bias = measured.dynamics.task_bias(q[k], qd[k]).reshape(points.shape[1:])
+        accelerations[k] = jacobians[k] @ qdd[k] + bias
     return LinkMotion(points, accelerations, jacobians)
+
+
+class LinkPoints:
+    """Four points of each of k links: its origin and one on each axis.
+
+    Attributes:
+        dynamics: Dynamics whose task coordinates are the points.
+    """
+
+    def __init__(self, robot: Robot, links: Sequence[str]) -> None:
+        frames = [
+            TaskFrame(f"{robot.link(name).name} {k}", name, corner)
+            for name in links
+            for k, corner in enumerate(_CORNERS)
+        ]
+        measured = replace(robot, task_sets=(TaskSet("links", tuple(frames)),), task_set="links")
+        self.dynamics = CoreDynamics(measured, may_be_singular=True)
+        self._shape = (len(links), 4, 3)
+
+    def at(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return positions, shape (T, k, 4, 3), in [m], and Jacobians, shape (T, k, 4, 3, n).
+
+        Args:
+            q: Positions of the coordinates, shape (T, n).
+        """
+        dynamics, count = self.dynamics, len(q)
+        points = np.empty((count, *self._shape))
+        jacobians = np.empty((count, *self._shape, dynamics.n))
+        for k, pose in enumerate(q):
+            jacobians[k] = dynamics.task_jacobian(pose).reshape(jacobians.shape[1:])
+            points[k] = dynamics.task_position(pose).reshape(self._shape)
+        return points, jacobians

@@ -31,7 +31,11 @@ class PlacedEllipsoid(NamedTuple):
 
 
 def geodesic_line(
-    egg: PlacedEllipsoid, touch: FloatArray, lift: FloatArray, direction: FloatArray, length: float
+    ellipsoid: PlacedEllipsoid,
+    touch: FloatArray,
+    lift: FloatArray,
+    direction: FloatArray,
+    length: float,
 ) -> list[FloatArray]:
     """Return points along a geodesic, including both ends, in the world frame.
 
@@ -41,14 +45,14 @@ def geodesic_line(
         direction: Direction at the start, a unit vector, shape (3,).
         length: Length of the geodesic, in [m].
     """
-    R, least = egg.R_world_ellipsoid, float(egg.half_axes.min())
+    R, least = ellipsoid.R_world_ellipsoid, float(ellipsoid.half_axes.min())
     steps = min(_MAX_STEPS, max(1, math.ceil(length / (_STEP * least))))
-    begin, end = R.T @ (touch - egg.centre), R.T @ (lift - egg.centre)
-    r = egg.half_axes * np.linalg.norm(begin / egg.half_axes)
+    begin, end = R.T @ (touch - ellipsoid.centre), R.T @ (lift - ellipsoid.centre)
+    r = ellipsoid.half_axes * np.linalg.norm(begin / ellipsoid.half_axes)
     points = _integrate_geodesic(r, begin, R.T @ direction, length / steps, steps)
     if np.linalg.norm(points[-1] - end) > _MISS * least:
         points = _central_projection(r, begin, end, steps)
-    return [touch, *(egg.centre + R @ point for point in points[:-1]), lift]
+    return [touch, *(ellipsoid.centre + R @ point for point in points[:-1]), lift]
 
 
 def _integrate_geodesic(
