@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.cases import sample_cases
+from support.oracles.dart_tasks import task_bias
 from support.oracles.mujoco_model import MujocoRobot
 from support.robots.random_robots import random_state, random_tree
 
@@ -50,7 +51,7 @@ def test_terms_equal_dart(first: int) -> None:
             ),
         }
         check({name: deviation(*pair) for name, pair in terms.items()}, 1e-12, seed)
-        bias = deviation(core.task_bias(q, qd), dart.task_bias(q, qd))
+        bias = deviation(core.task_bias(q, qd), task_bias(robot, skeleton, q, qd))
         check({"J' qd": bias}, 1e-10, seed)
 
 

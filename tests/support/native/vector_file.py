@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 import qpsolvers
 from numpy.typing import ArrayLike
+from support.oracles.dart_tasks import task_bias
 from support.oracles.mujoco_model import MujocoRobot
 from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES
@@ -113,9 +114,9 @@ def _add_robot(file: VectorFile, robot: Robot, rng: np.random.Generator) -> None
         file.add("expect core.gravity", dart.gravity(q), 1e-12)
         file.add("expect core.coriolis", dart.coriolis(q, qd) + dart.gravity(q), 1e-12)
         file.add("expect core.torques", -L.T @ f, 1e-13)
-        file.add("expect core.task_bias", dart.task_bias(q, qd), 1e-12)
         qdd = skeleton.vector(skeleton.dart.getAccelerations())
         file.add("expect core.qdd", qdd, 1e-12)
+        file.add("expect core.task_bias", task_bias(robot, skeleton, q, qd), 1e-12)
 
 
 def _add_program(file: VectorFile, rng: np.random.Generator) -> None:
