@@ -1,96 +1,72 @@
 """Reader of the summary and the units of a run, with checks."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
 from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file
 from cardsflow_fmu.experiment.config.file import require_sizes
 
-_NUMBER = (int, float, type(None))
-_TABLE = (dict, type(None))
-_TYPES: dict[str, tuple[type, ...]] = {
-    "status": (str,),
-    "experiment": (str,),
-    "error": (str, type(None)),
-    "duration": _NUMBER,
-    "step": _NUMBER,
-    "ticks": _NUMBER,
-    "infeasible_ticks": _NUMBER,
-    "not_converged_ticks": _NUMBER,
-    "fallback_ticks": _NUMBER,
-    "late_ticks": _NUMBER,
-    "real_time_factor": _NUMBER,
-    "first_step_after_s": _NUMBER,
-    "tracking": _TABLE,
-    "forces": _TABLE,
-    "torques": _TABLE,
-    "slack": _TABLE,
-    "solve_time": _TABLE,
-    "contact_friction": _TABLE,
-    "engine": _TABLE,
-    "hardware": _TABLE,
-    "real_time": _TABLE,
-    "files": _TABLE,
-    "versions": _TABLE,
-    "warnings": (list, type(None)),
-}
+_Number = float | None
 
-_NUMBERS = ["tracking.rms", "tracking.max", "forces.min", "forces.max"]
-_NUMBERS += [f"contact_friction.{name}" for name in ("excess", "not_converged_steps", "error")]
-_NUMBERS += ["hardware.missed", "hardware.exchanges"]
 
-_INNER = {"hardware": "round_trip", "real_time": "lateness"}
-"""Keys of nested tables."""
+class _Summary(BaseModel):
+    """Keys of a summary that this package reads, with their types; other keys are allowed."""
 
-_ROWS = {
-    "tracking": ("per_signal", ("rms", "max", "unit")),
-    "forces": ("per_muscle", ("min", "max", "f_min", "f_max")),
-    "torques": ("per_motor", ("min", "max", "tau_min", "tau_max", "unit")),
-    "slack": ("per_signal", ("max", "unit")),
-}
+    model_config = ConfigDict(strict=True)
+
+    status: Literal["complete", "failed", "incomplete"]
+
+
+def _model(base: type[BaseModel] | None = None, **types: Any) -> Any:
+    """Return a model with optional keys."""
+    config = None if base else ConfigDict(strict=True)
+    keys: dict[str, Any] = {key: (type_, None) for key, type_ in types.items()}
+    return create_model("Table", __base__=base, __config__=config, **keys)
+
+
+def _rows(*columns: str) -> Any:
+    """Return the type of rows by name, which require columns with numbers and units."""
+    keys: dict[str, Any] = {c: (str if c == "unit" else _Number, ...) for c in columns}
+    row: Any = create_model("Row", __config__=ConfigDict(strict=True), **keys)
+    return Mapping[str, row] | None
+
+
+def _table(**types: Any) -> Any:
+    return _model(**types) | None
+
+
+_SUMMARY = _model(
+    _Summary,
+    **dict.fromkeys(("duration", "step", "real_time_factor", "first_step_after_s"), _Number),
+    **dict.fromkeys(("ticks", "infeasible_ticks", "not_converged_ticks"), _Number),
+    **dict.fromkeys(("fallback_ticks", "late_ticks"), _Number),
+    **dict.fromkeys(("solve_time", "engine", "files", "versions"), _table()),
+    experiment=str,
+    error=str | None,
+    warnings=list[Any] | None,
+    tracking=_table(rms=_Number, max=_Number, per_signal=_rows("rms", "max", "unit")),
+    forces=_table(min=_Number, max=_Number, per_muscle=_rows("min", "max", "f_min", "f_max")),
+    torques=_table(per_motor=_rows("min", "max", "tau_min", "tau_max", "unit")),
+    slack=_table(per_signal=_rows("max", "unit")),
+    contact_friction=_table(excess=_Number, not_converged_steps=_Number, error=_Number),
+    hardware=_table(missed=_Number, exchanges=_Number, round_trip=_table()),
+    real_time=_table(lateness=_table()),
+)
 
 
 def read_summary(file: Path) -> dict[str, Any]:
     """Read the summary of a run."""
     summary = _read(file)
-    require_summary(summary, file)
+    try:
+        _SUMMARY.model_validate(summary)
+    except ValidationError as error:
+        raise _invalid(file, ".".join(map(str, error.errors()[0]["loc"][:2]))) from None
     return summary
-
-
-def require_summary(summary: Mapping[str, Any], file: Path) -> None:
-    """Check that data is the summary of a run."""
-    if summary.get("status") not in ("complete", "failed", "incomplete"):
-        raise _invalid(file, "status")
-    for key, types in _TYPES.items():
-        if key in summary and not isinstance(summary[key], types):
-            raise _invalid(file, key)
-    for key, inner in _INNER.items():
-        if not isinstance((summary.get(key) or {}).get(inner), _TABLE):
-            raise _invalid(file, f"{key}.{inner}")
-    for key, (rows, columns) in _ROWS.items():
-        if not _are_valid_rows((summary.get(key) or {}).get(rows), columns):
-            raise _invalid(file, f"{key}.{rows}")
-    for key in _NUMBERS:
-        group, name = key.split(".")
-        if not isinstance((summary.get(group) or {}).get(name), _NUMBER):
-            raise _invalid(file, key)
-
-
-def _are_valid_rows(rows: Any, columns: tuple[str, ...]) -> bool:
-    """Return whether rows are tables with numbers and units in the given columns, or None."""
-    if rows is None:
-        return True
-    return isinstance(rows, Mapping) and all(
-        isinstance(row, Mapping)
-        and set(columns) <= set(row)
-        and all(isinstance(row[c], str if c == "unit" else _NUMBER) for c in columns)
-        for row in rows.values()
-    )
 
 
 def read_units(file: Path) -> dict[str, str]:
