@@ -155,27 +155,18 @@ def _port(text: str) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.results.viewer.view import acts_of, view, write_page
+    from cardsflow_fmu.results.viewer.view import acts_of, page_of, serve, write_page
 
+    if options.json and not options.html:
+        raise InputError("needs --html", key="--json")
     paths = [options.path] + ([options.other] if options.other else [])
+    acts = acts_of(paths, cable_set=options.cable_set, full_scale=options.full_scale, note=_note)
     if options.html:
-        acts = acts_of(
-            paths, cable_set=options.cable_set, full_scale=options.full_scale, note=_note
-        )
         file = write_page(acts, options.html, overwrite=options.overwrite)
         print_files([file], options.json)
-    elif options.json:
-        raise InputError("needs --html", key="--json")
     else:
-        view(
-            paths,
-            cable_set=options.cable_set,
-            full_scale=options.full_scale,
-            port=options.port,
-            browser=not options.no_browser,
-            report=_print_line,
-            note=_note,
-        )
+        browser = not options.no_browser
+        serve(page_of(acts), port=options.port, browser=browser, report=_print_line)
     return GOOD
 
 

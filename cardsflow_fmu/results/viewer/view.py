@@ -38,12 +38,7 @@ NoteFindings = Callable[[Sequence[Finding]], object]
 
 
 def run_act(path: str | Path, *, full_scale: bool = False) -> Act:
-    """Return the motion of the run in a results folder.
-
-    Args:
-        path: The results folder.
-        full_scale: Whether colours range to f_max instead of the maximum tension of the run.
-    """
+    """Return the motion of the run in a results folder; `full_scale` as for `acts_of`."""
     with opened_run(path) as result:
         return act_of(result, full_scale=full_scale)
 
@@ -131,31 +126,6 @@ def write_html(page: str, file: str | Path, *, overwrite: bool = False) -> Path:
     return write_output(output_file(file, PAGES, overwrite=overwrite), page)
 
 
-def view(
-    paths: Sequence[str | Path],
-    *,
-    cable_set: str | None = None,
-    full_scale: bool = False,
-    port: int | None = None,
-    browser: bool = True,
-    report: Callable[[str], object] = print,
-    note: NoteFindings | None = None,
-) -> None:
-    """Show one or two runs, or a robot, in the browser until Ctrl-C.
-
-    Args:
-        paths: Results folders, or a single robot.
-        cable_set: Name of the cable set of a robot (default: as in the robot file).
-        full_scale: Whether colours range to f_max instead of the maximum tension of the run.
-        port: The port (default: the first free port from 8080).
-        browser: Whether to open the browser.
-        report: Called with a line that contains the address.
-        note: As for `robot_act`.
-    """
-    acts = acts_of(paths, cable_set=cable_set, full_scale=full_scale, note=note)
-    serve(page_of(acts), port=port, browser=browser, report=report)
-
-
 def serve(
     page: Page,
     *,
@@ -165,7 +135,12 @@ def serve(
     actions: Mapping[str, Action] | None = None,
     token: str = "",
 ) -> None:
-    """Serve a page on loopback until Ctrl-C; see `view` and `page_server`."""
+    """Serve a page on loopback until Ctrl-C; see `page_server`.
+
+    Args:
+        port: The port (default: the first free port from 8080).
+        report: Called with a line that contains the address.
+    """
     with catch_interrupt() as ended, page_server(page, port, actions, token) as server:
         announce(server.address, browser=browser, report=report)
         wait_until(ended)
@@ -191,7 +166,14 @@ def acts_of(
     full_scale: bool = False,
     note: NoteFindings | None = None,
 ) -> list[Act]:
-    """Return the motions of runs, or a robot. Arguments and errors as for `view`."""
+    """Return the motions of one or two runs, or a robot.
+
+    Args:
+        paths: Results folders, or a single robot.
+        cable_set: Name of the cable set of a robot (default: as in the robot file).
+        full_scale: Whether colours range to f_max instead of the maximum tension of the run.
+        note: As for `robot_act`.
+    """
     for path in paths:
         if Path(path).suffix == ".ssp":
             raise InputError("is a system of FMUs; run it, and view its results", file=path)
