@@ -4,11 +4,11 @@
    suspect and is not used; after MAX_WAIT ticks the most probable one is reported with its confidence. */
 #include "hypotheses.h"
 
-enum { MAX_WAIT = WINDOW, HYPOTHESES = 16, ENCODER_WAIT = 8, MAX_FOLLOWED = WINDOW };
-/* Possible ticks of a fault before the suspicion. A swap is noticed soon, since its deviation is constant. */
-enum { BEGINS = 11, MAX_SWAP_DELAY = 3 };
+enum { MAX_WAIT = WINDOW, HYPOTHESES = 16, MAX_FOLLOWED = WINDOW };
+/* Possible ticks of a fault before the suspicion. */
+enum { BEGINS = 11 };
 static const int BEFORE[BEGINS] = {0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32};
-static const real MIN_CONFIDENCE = (real)0.99;
+static const real MIN_CONFIDENCE = (real)0.99; /* chosen: one wrong cause in 100 is accepted */
 static const real MIN_FACTOR = (real)4.595; /* logarithm of the odds of MIN_CONFIDENCE */
 
 typedef struct {
@@ -162,7 +162,7 @@ static void isolate_muscle(faults *s, size_t i)
     for (int k = 0; k < BEGINS; k++) {
         const real begin = larger(earliest, first - BEFORE[k]);
         add_muscle(s, i, begin, &all);
-        if (BEFORE[k] <= MAX_SWAP_DELAY) add_swap(s, i, begin, &all);
+        add_swap(s, i, begin, &all);
         if (begin == earliest) break;
     }
     add_muscle(s, i, larger(earliest, now - s->run[i]), &all);
@@ -183,7 +183,7 @@ static void isolate_muscle(faults *s, size_t i)
 /* A changed pair of lengths can look like an error of an encoder, but then the lengths become suspect too. */
 static void isolate_encoder(faults *s, size_t channel)
 {
-    if (s->run[channel] == 0 && s->clock[0] - s->suspicion[channel] < ENCODER_WAIT) return;
+    if (s->run[channel] == 0 && s->clock[0] - s->suspicion[channel] < MAX_WAIT) return;
     const hypothesis cause = {FAULT_ENCODER_STUCK, faults_part(s, channel), (size_t)-1,
                               {s->level[channel] * s->limit, 0}, s->onset[channel]};
     report(s, &cause, cause.part, cause.other, s->step, 1);

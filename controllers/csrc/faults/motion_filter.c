@@ -5,9 +5,6 @@
 
 #include <string.h>
 
-static const real MAX_AGILITY = 100; /* factor of the variance of the drift */
-static const real MAX_MEAN = 4;      /* squared innovation of a tick */
-
 motion_record motion_at(const faults *s, real tick)
 {
     const size_t n = s->n, m = s->m, at = (size_t)tick % MOTION_WINDOW;
@@ -52,6 +49,15 @@ void faults_forget_motion(faults *s)
     s->motion_begin[0] = s->followed[0] = -1;
 }
 
+/* Return the maximum factor of the variance of the drift: the geometric mean of 1 and of the factor with which loads drift
+   as in the second filter, by `load_change` in a window. Larger changes are not followed, but detected. */
+static real max_agility(const faults *s)
+{
+    const size_t n = s->n;
+    const real slow = WINDOW * s->step * cholesky_dot(n, s->load_noise, s->load_noise);
+    return slow > 0 ? larger(sqrt(cholesky_dot(n, s->load_change, s->load_change) / slow), 1) : 1;
+}
+
 void faults_accept_load(faults *s, int is_change)
 {
     if (is_change) s->loaded[0] = 1;
@@ -60,15 +66,16 @@ void faults_accept_load(faults *s, int is_change)
     memcpy(s->motion_covariance, s->motion_covariance + N * N, N * N * sizeof(real));
     s->motion_begin[0] = s->clock[0];
     s->followed[0] = -1;
-    s->agility[0] = MAX_AGILITY;
+    s->agility[0] = max_agility(s);
 }
 
-/* Adapt the drift to the innovations before a change (Mehra 1970): a payload or a contact moves with the robot. */
+/* Adapt the drift to the innovations before a change (Mehra 1970): a payload or a contact moves with the robot. An
+   innovation beyond the threshold is a change. */
 static void adapt(faults *s, const real *white)
 {
-    const real mean = cholesky_dot(s->n, white, white) / (real)s->n;
-    const real agility = s->agility[0] * exponential((smaller(mean, MAX_MEAN) - 1) / MOTION_WINDOW);
-    s->agility[0] = smaller(larger(agility, 1), MAX_AGILITY);
+    const real square = smaller(cholesky_dot(s->n, white, white), 2 * s->limit);
+    const real agility = s->agility[0] * exponential((square / (real)s->n - 1) / MOTION_WINDOW);
+    s->agility[0] = smaller(larger(agility, 1), max_agility(s));
 }
 
 /* Begin again at the fit, with unknown velocities and loads. */

@@ -11,9 +11,6 @@
 
 static const real MIN_INDEPENDENT = (real)1e-4; /* 1 - h of a sensor that the others can verify */
 
-/* Of a pose from its fit, in standard deviations; errors of second order are then far below the noise. */
-static const real MAX_DISTANCE = 3;
-
 /* Return the variance of a length or encoder, and its derivative by q in `row`; 0: not measured. `difference`:
    measured minus expected at q. */
 static real sensor(const faults *s, size_t channel, const real **row, real *difference)
@@ -72,14 +69,23 @@ static int fit(faults *s)
     return 0;
 }
 
-int faults_pose(faults *s)
+/* Return whether geometry is linear up to the fit. A row of H that changes by its own size per unit of q has the error
+   |H_j| d^2 / 2 of second order, and all rows together have trace(H'R^-1 H) d^4 / 4 squared standard deviations. In all
+   ticks of a window, this error must not change its mean by more than one standard deviation; thresholds are about six. */
+static int is_linear(const faults *s)
 {
     const size_t n = s->n;
-    real distance = 0; /* d'C^-1 d, in squared standard deviations */
+    const real square = cholesky_dot(n, s->shift, s->shift);
+    real trace = 0;
+    for (size_t j = 0; j < n; j++) trace += s->normal[j * n + j];
+    return WINDOW * trace * square * square <= 4;
+}
+
+int faults_pose(faults *s)
+{
     if (fit(s)) return FAULTS_POSE_UNKNOWN;
-    for (size_t j = 0; j < n; j++) distance += s->shift[j] * cholesky_dot(n, s->normal + j * n, s->shift);
-    if (distance <= MAX_DISTANCE * MAX_DISTANCE) return FAULTS_POSE_NEAR;
-    for (size_t j = 0; j < n; j++) s->q[j] += s->shift[j];
+    if (is_linear(s)) return FAULTS_POSE_NEAR;
+    for (size_t j = 0; j < s->n; j++) s->q[j] += s->shift[j];
     return FAULTS_POSE_FAR;
 }
 

@@ -16,10 +16,12 @@ enum { LAGS = 12, BLOCK = 48, MAX_SEEN = 1 << 20 };
 static const int LAG[LAGS] = {1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64};
 
 static const real HOUR = 3600;
-static const real MAX_REPEATS = (real)0.25;
-static const real MIN_STEPS = 8;      /* second differences of noise, in multiples of the smallest change */
-static const real ROUNDING = (real)1e-4;  /* in multiples of the noise of the settings */
-static const real MIN_NOISE = (real)0.25; /* in multiples of the noise of the settings */
+/* Second differences of noise, in multiples of the smallest change; chosen far above those of rounding errors, 0.7. With
+   this white noise, a value is repeated with the probability sqrt(6) / (2 sqrt(pi) MIN_STEPS) at most. */
+static const real MIN_STEPS = 8, MAX_REPEATS = (real)(0.691 / 8);
+/* In multiples of the noise of the settings, chosen: changes that are only rounding errors of a subtraction; the least noise of
+   a sensor whose settings are not too large by more than a factor of four. */
+static const real ROUNDING = (real)1e-4, MIN_NOISE = (real)0.25;
 
 /* Return z^2 / 2 with 2 phi(z) / z = tail, an upper bound of the quantile of a normal number. */
 static real half_square(real log_tail)
