@@ -16,10 +16,16 @@ static double *array(const struct fault_monitor *s, const char *name)
     return faults_array(s->faults, name, &length);
 }
 
-static double *of_estimator(const struct fault_monitor *s, const char *name)
+static void find_arrays(struct fault_monitor *s)
 {
     size_t length;
-    return estimator_array(s->estimator, name, &length);
+#define OF_FAULTS(name) s->of_faults.name = array(s, #name);
+#define OF_ESTIMATOR(name) s->of_estimator.name = estimator_array(s->estimator, #name, &length);
+    FAULT_ARRAYS(OF_FAULTS)
+    ESTIMATOR_ARRAYS(OF_ESTIMATOR)
+#undef OF_FAULTS
+#undef OF_ESTIMATOR
+    estimator_array(s->estimator, "state", &s->states);
 }
 
 int fault_monitor_open(struct fault_monitor *s, const struct estimator_settings *settings,
@@ -36,6 +42,7 @@ int fault_monitor_open(struct fault_monitor *s, const struct estimator_settings 
         return 1;
     }
     s->faults = faults_open(n, m, memory);
+    find_arrays(s);
 #define COPY(type, name, per_item, group)                                                                     \
     memcpy(array(s, #name), settings->name, per_item * (size_t)settings->of.group.count * sizeof(double));
     FAULT_FIELDS(COPY)
@@ -43,8 +50,9 @@ int fault_monitor_open(struct fault_monitor *s, const struct estimator_settings 
     memcpy(array(s, "length_noise"), settings->length_noise, robot->m * sizeof(double));
     memcpy(array(s, "encoder_noise"), settings->encoder_noise, robot->n * sizeof(double));
     if (settings->has_tensions[0]) {
-        memcpy(of_estimator(s, "tension_noise"), settings->tension_noise, robot->m * sizeof(double));
-        memcpy(of_estimator(s, "tension_error"), settings->tension_error, robot->m * sizeof(double));
+        size_t length;
+        memcpy(estimator_array(e, "tension_noise", &length), settings->tension_noise, robot->m * sizeof(double));
+        memcpy(estimator_array(e, "tension_error", &length), settings->tension_error, robot->m * sizeof(double));
     }
     if (settings->frames[0] != 0) /* a horizon has no predicted velocity */
         memset(array(s, "load_change"), 0, robot->n * sizeof(double));
@@ -61,7 +69,7 @@ double *fault_monitor_state(const struct fault_monitor *s, size_t *length)
 {
     if (s->faults)
         return faults_array(s->faults, "remembered", length);
-    double *const unused = of_estimator(s, "valid");
+    double *const unused = estimator_array(s->estimator, "valid", length);
     *length = 0;
     return unused;
 }
@@ -69,49 +77,43 @@ double *fault_monitor_state(const struct fault_monitor *s, size_t *length)
 static void move(const struct fault_monitor *s)
 {
     const struct native_robot *robot = s->robot;
-    core_move(robot->core, array(s, "q"));
-    memcpy(array(s, "path_lengths"), robot->lengths, robot->m * sizeof(double));
-    memcpy(array(s, "jacobian"), robot->jacobian, robot->m * robot->n * sizeof(double));
+    core_move(robot->core, s->of_faults.q);
+    memcpy(s->of_faults.path_lengths, robot->lengths, robot->m * sizeof(double));
+    memcpy(s->of_faults.jacobian, robot->jacobian, robot->m * robot->n * sizeof(double));
 }
 
 static void read_measurements(const struct fault_monitor *s, double h)
 {
     const struct native_robot *robot = s->robot;
     const struct estimator_settings *of = s->settings;
-    const double *offset = of_estimator(s, "offset"), *compliance = of_estimator(s, "compliance");
-    const double *length = of_estimator(s, "lengths"), *tension = of_estimator(s, "tensions");
-    const double *encoder = of_estimator(s, "encoders");
-    size_t states;
-    const double *state = estimator_array(s->estimator, "state", &states);
+    const double *state = s->of_estimator.state, *tension = s->of_estimator.tensions;
     const size_t tracked = of->of.tracked.count;
-    double *lengths = array(s, "lengths"), *tensions = array(s, "tensions"), *commands = array(s, "commands");
+    double *lengths = s->of_faults.lengths, *tensions = s->of_faults.tensions, *commands = s->of_faults.commands;
     for (size_t i = 0; i < robot->m; i++)
         lengths[i] = tensions[i] = NAN, commands[i] = 0;
     for (size_t k = 0; k < of->of.lengths.count; k++) {
         const size_t i = of->measured[k];
-        lengths[i] = length[i] - offset[i] + compliance[i] * tension[i];
-        if (tracked) lengths[i] -= state[states - tracked + i];
+        lengths[i] = s->of_estimator.lengths[i] - s->of_estimator.offset[i] + s->of_estimator.compliance[i] * tension[i];
+        if (tracked) lengths[i] -= state[s->states - tracked + i];
         tensions[i] = of->has_tensions[0] ? tension[i] : NAN;
         commands[i] = s->out.commands[k];
     }
-    memcpy(array(s, "encoders"), encoder, robot->n * sizeof(double));
-    double *q = array(s, "q");
+    memcpy(s->of_faults.encoders, s->of_estimator.encoders, robot->n * sizeof(double));
     for (size_t j = 0; j < robot->n; j++)
-        q[j] = state[j] + h * state[robot->n + j];
+        s->of_faults.q[j] = state[j] + h * state[robot->n + j];
 }
 
 /* Replace the measurements that must not be used. */
 static void replace_measurements(const struct fault_monitor *s)
 {
     const size_t n = s->robot->n, m = s->robot->m;
-    const double *usable = array(s, "usable"), *suspect = array(s, "suspect"), *kind = array(s, "kind");
-    const double *commands = array(s, "commands");
-    double *lengths = of_estimator(s, "lengths"), *encoders = of_estimator(s, "encoders");
-    double *tensions = of_estimator(s, "tensions");
+    const double *usable = s->of_faults.usable, *suspect = s->of_faults.suspect;
+    double *lengths = s->of_estimator.lengths, *encoders = s->of_estimator.encoders;
+    double *tensions = s->of_estimator.tensions;
     for (size_t i = 0; i < m; i++) {
         if (usable[m + i] == 0 || suspect[m + i] != 0) lengths[i] = NAN;
-        if (usable[2 * m + i] == 0) tensions[i] = commands[i];
-        if (kind[i] == FAULT_BROKEN) tensions[i] = 0;
+        if (usable[2 * m + i] == 0) tensions[i] = s->of_faults.commands[i];
+        if (s->of_faults.kind[i] == FAULT_BROKEN) tensions[i] = 0;
     }
     for (size_t j = 0; j < n; j++)
         if (usable[3 * m + j] == 0 || suspect[3 * m + j] != 0) encoders[j] = NAN;
@@ -134,8 +136,8 @@ void fault_monitor_tick(struct fault_monitor *s, double h)
         return;
     const size_t n = s->robot->n;
     read_measurements(s, h);
-    memcpy(array(s, "velocity"), of_estimator(s, "state") + n, n * sizeof(double));
-    memcpy(array(s, "load"), of_estimator(s, "state") + 2 * n, n * sizeof(double));
+    memcpy(s->of_faults.velocity, s->of_estimator.state + n, n * sizeof(double));
+    memcpy(s->of_faults.load, s->of_estimator.state + 2 * n, n * sizeof(double));
     s->is_near = !find_pose(s);
     if (s->is_near)
         faults_tick(s->faults, h);
@@ -148,23 +150,24 @@ void fault_monitor_move(struct fault_monitor *s, double h, int steps)
     if (!s->faults || !s->is_near || steps < 1)
         return;
     const size_t n = s->robot->n;
-    const double *velocity = array(s, "velocity"), *load = array(s, "load"), *mobility = of_estimator(s, "matrix");
-    const double *predicted = of_estimator(s, "state") + n, *shift = of_estimator(s, "shift") + n;
-    double *acceleration = array(s, "acceleration");
+    const double *velocity = s->of_faults.velocity, *load = s->of_faults.load, *mobility = s->of_estimator.matrix;
+    const double *predicted = s->of_estimator.state + n, *shift = s->of_estimator.shift + n;
+    double *acceleration = s->of_faults.acceleration;
     for (size_t j = 0; j < n; j++) {
         acceleration[j] = (predicted[j] - shift[j] - velocity[j]) / (h * steps);
         for (size_t k = 0; k < n; k++) acceleration[j] += mobility[j * n + k] * load[k];
     }
-    memcpy(array(s, "mobility"), mobility, n * n * sizeof(double));
-    memcpy(array(s, "acting"), of_estimator(s, "last_tensions"), s->robot->m * sizeof(double));
+    memcpy(s->of_faults.mobility, mobility, n * n * sizeof(double));
+    memcpy(s->of_faults.acting, s->of_estimator.last_tensions, s->robot->m * sizeof(double));
     faults_move(s->faults, h * steps, steps);
 }
 
 static void write_report(const struct fault_monitor *s)
 {
-    static const char *const NAMES[] = {"time", "statistic", "threshold", "confidence", "value"};
+    const double *const values[] = {s->of_faults.time, s->of_faults.statistic, s->of_faults.threshold,
+                                    s->of_faults.confidence, s->of_faults.value};
+    const double *kind = s->of_faults.kind, *time = s->of_faults.time;
     const size_t parts = 3 * s->robot->m + s->robot->n;
-    const double *kind = array(s, "kind"), *time = array(s, "time");
     size_t newest = parts, count = 0;
     for (size_t p = 0; p < parts; p++) {
         if (kind[p] == 0)
@@ -174,7 +177,7 @@ static void write_report(const struct fault_monitor *s)
     }
     s->out.report[COUNT] = (double)count;
     for (size_t k = TIME; k <= VALUE; k++)
-        s->out.report[k] = newest == parts ? 0 : array(s, NAMES[k - TIME])[newest];
+        s->out.report[k] = newest == parts ? 0 : values[k - TIME][newest];
 }
 
 void fault_monitor_write(const struct fault_monitor *s)
@@ -183,7 +186,7 @@ void fault_monitor_write(const struct fault_monitor *s)
     if (!s->faults)
         return;
     const size_t m = s->robot->m;
-    const double *kind = array(s, "kind"), *bound = array(s, "bound");
+    const double *kind = s->of_faults.kind, *bound = s->of_faults.bound;
     for (size_t k = 0; k < of->of.lengths.count; k++) {
         const size_t i = of->measured[k];
         s->out.muscles[k] = kind[i], s->out.lengths[k] = kind[m + i];

@@ -11,11 +11,25 @@ struct fault_variables {
     double *commands, *muscles, *lengths, *tensions, *encoders, *bounds, *report;
 };
 
+/* Arrays of the monitor and of the estimator that are used in each tick; see faults_array and estimator_array. */
+#define FAULT_ARRAYS(ARRAY)                                                                                     \
+    ARRAY(lengths) ARRAY(encoders) ARRAY(tensions) ARRAY(commands) ARRAY(q) ARRAY(path_lengths) ARRAY(jacobian) \
+    ARRAY(acceleration) ARRAY(mobility) ARRAY(acting) ARRAY(velocity) ARRAY(load) ARRAY(kind) ARRAY(time)       \
+    ARRAY(statistic) ARRAY(threshold) ARRAY(confidence) ARRAY(value) ARRAY(usable) ARRAY(suspect) ARRAY(bound)
+#define ESTIMATOR_ARRAYS(ARRAY)                                                                                 \
+    ARRAY(offset) ARRAY(compliance) ARRAY(lengths) ARRAY(tensions) ARRAY(encoders) ARRAY(state) ARRAY(matrix)   \
+    ARRAY(shift) ARRAY(last_tensions)
+
 struct fault_monitor {
     faults *faults; /* NULL if faults are not detected */
     const struct estimator_settings *settings;
     const struct native_robot *robot;
     estimator *estimator;
+#define MEMBER(name) double *name;
+    struct { FAULT_ARRAYS(MEMBER) } of_faults;
+    struct { ESTIMATOR_ARRAYS(MEMBER) } of_estimator;
+#undef MEMBER
+    size_t states;
     int is_near; /* whether the pose was found in this tick */
     struct fault_variables out;
 };
