@@ -24,7 +24,7 @@ from sim_dart.scene import Scene
 from .config.custom_law import CustomLaw
 from .loops import closing_dynamics, with_dependent, with_resting_points
 from .motion.look_ahead import LOOK_AHEAD_FILE, read_look_ahead
-from .motion.settings import FREE_STARTS, MotionTable
+from .motion.settings import FREE_STARTS, MotionTable, with_default_muscles
 from .packed_files import (
     mesh_roots,
     named_files,
@@ -161,7 +161,7 @@ def experiment_settings(
     controller, feedback = read_controller_gains(
         controller, tables.reference, reference, context, robot, roots
     )
-    motion = data.get("motion")
+    motion = data.get("motion") and with_default_muscles(data["motion"], robot)
     return {
         "file": file,
         **robots,

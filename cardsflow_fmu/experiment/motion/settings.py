@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
+from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.model.muscle_laws import states_of
 from cardsflow_fmu.experiment.config.messages import SettingError
 from cardsflow_fmu.experiment.config.names import named_setting
 from cardsflow_fmu.experiment.config.table import AS_WHOLE, Listed, Positive, Table, setting
@@ -78,8 +81,8 @@ class MotionTable(Table):
     )
     muscles: Literal["forces", "laws"] = setting(
         "forces: the motion has tensions; laws: it has commands, such as excitations, and the "
-        "states of the muscle laws",
-        "forces",
+        "states of the muscle laws (default: laws if a muscle has an activation, else forces)",
+        None,
     )
     start: MotionStartSettings = setting("start that the optimisation chooses", {})
     start_command: tuple[float, ...] = named_setting(
@@ -114,6 +117,8 @@ class MotionTable(Table):
 
     @model_validator(mode="after")
     def _check_muscles(self) -> Self:
+        if self.muscles is None:
+            return self
         other_costs = ["commands", "activations"] if self.muscles == "forces" else ["forces"]
         keys = [f"cost.{key}" for key in other_costs if key in self.cost.model_fields_set]
         limits = {"u_min", "u_max"} & self.bounds.model_fields_set
@@ -141,3 +146,10 @@ class MotionTable(Table):
                     each.key = f"goals[{k}].{each.key}"
                 raise
         return self
+
+
+def with_default_muscles(motion: Mapping[str, Any], robot: Robot) -> dict[str, Any]:
+    """Return [motion] with the default of `muscles` for a robot: muscles follow activations."""
+    states = (state for muscle in robot.muscles for state in states_of(muscle.model))
+    has_activation = any(state.name == "activation" for state in states)
+    return {"muscles": "laws" if has_activation else "forces", **motion}

@@ -247,9 +247,9 @@ def test_stretched_muscles_start_as_in_a_run_or_are_reported() -> None:
     """Passive tensions bound what muscles hold; a plan of forces alone does not contain them."""
     own = {"motion.goals": [{"y": [0.35, -0.42]}], "motion.duration": 0.8, "motion.intervals": 5}
     own |= {"muscles.*.model.optimal_fibre_length": 0.06}
-    motion = optimise(load_for_motion(EXAMPLES / "hill_arm", own))
+    motion = optimise(load_for_motion(EXAMPLES / "hill_arm", {**own, "motion.muscles": "forces"}))
     assert any("will not be followed" in line for line in motion.notes)
-    experiment = load_for_motion(EXAMPLES / "hill_arm", {**own, "motion.muscles": "laws"})
+    experiment = load_for_motion(EXAMPLES / "hill_arm", own)
     plant, q = Plant(experiment.robot, step=1e-3), experiment.start.q
     plant.reset(q, commands=start(experiment.robot, q).commands)
     begin = motion_problem(experiment).guess.x[0, 4:]
@@ -258,7 +258,8 @@ def test_stretched_muscles_start_as_in_a_run_or_are_reported() -> None:
 
 def test_motion_converges_although_the_filter_rejects_steps_near_the_optimum() -> None:
     own = {"motion.goals": [{"y": [0.45, -0.2]}], "motion.duration": 0.8, "motion.intervals": 20}
-    motion = optimise(load_for_motion(EXAMPLES / "hill_arm", {**own, "motion.muscles": "laws"}))
+    motion = optimise(load_for_motion(EXAMPLES / "hill_arm", own))
+    assert motion.problem.shooting.laws.state_names
     assert motion.solution.status == "optimal"
 
 
