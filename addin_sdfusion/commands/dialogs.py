@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from ..robot.errors import InputError
+
 Kind = Literal[
     "tab",
     "group",
@@ -117,3 +119,15 @@ class Dialog:
     cancel: str = "Cancel"
     size: tuple[int, int] = (440, 640)
     edits: bool = False
+
+
+def number(text: str) -> float:
+    """Return the number in a text, which may have a decimal comma.
+
+    Raises:
+        InputError: The text is not a number.
+    """
+    try:
+        return float(text.strip().replace(",", "."))
+    except ValueError:
+        raise InputError(f"{text!r} is not a number and is ignored.") from None

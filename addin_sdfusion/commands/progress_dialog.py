@@ -1,4 +1,4 @@
-"""Progress dialog, optionally with a cancel button."""
+"""Progress dialog with a cancel button."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from .guard import application
 class ProgressDialog:
     """Dialog that implements `Progress`; it opens at the first call."""
 
-    def __init__(self, title: str, *, cancellable: bool = True) -> None:
+    def __init__(self, title: str) -> None:
         self._title = title
-        self._cancellable = cancellable
         self._dialog: Any = None
 
     def __call__(self, done: int, total: int, step: str) -> None:
@@ -27,7 +26,7 @@ class ProgressDialog:
         total = max(total, 1)  # Fusion rejects a dialog without a range
         if self._dialog is None:
             self._dialog = application().userInterface.createProgressDialog()
-            self._dialog.isCancelButtonShown = self._cancellable
+            self._dialog.isCancelButtonShown = True
             self._dialog.show(self._title, step, 0, total, 0)
         self._dialog.maximumValue = total
         self._dialog.progressValue = min(max(done, 0), total)

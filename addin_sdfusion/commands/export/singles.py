@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from ...robot.errors import InputError
 from ...settings import ExportSettings, JointSettings, LinkSettings
-from ..dialogs import Cell
+from ..dialogs import Cell, number
 from ..inputs import CellEdit
 from .dialog import AS_ALL, COLLISIONS
 
@@ -73,9 +72,4 @@ def _cell(value: float | None) -> Cell:
 
 
 def _number(text: str) -> float | None:
-    if not text.strip():
-        return None
-    try:
-        return float(text.replace(",", "."))
-    except ValueError:
-        raise InputError(f"{text!r} is not a number and is ignored.") from None
+    return number(text) if text.strip() else None

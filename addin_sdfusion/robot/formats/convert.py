@@ -20,7 +20,7 @@ from ..model.trajectory import Trajectory
 from ..transforms.joint_chains import Names
 from ..transforms.simplify import align_frames, merge_fixed_joints
 from .capability import require_writable
-from .cardsflow.capabilities import cardsflow_losses
+from .cardsflow.capabilities import CARDSFLOW
 from .cardsflow.write import write_cardsflow_xml
 from .caspr.capabilities import caspr_losses
 from .caspr.trajectory_losses import trajectory_losses
@@ -33,7 +33,7 @@ from .opensim.capabilities import osim_losses
 from .opensim.write import write_osim
 from .sdf.capabilities import sdf_losses
 from .sdf.write import write_sdf
-from .urdf.capabilities import urdf_losses
+from .urdf.capabilities import URDF
 from .urdf.write import write_urdf
 from .writing.carried_meshes import CarriedMeshes
 from .writing.file_names import file_name_findings
@@ -162,8 +162,8 @@ FORMATS: dict[str, Format] = {
         Format("sdf", sdf_losses, write_sdf, _for_sdf, _with_files, is_named=False),
         Format("gazebo", sdf_losses, _write_gazebo, with_meshes=_with_files, is_named=False),
         Format("caspr", caspr_losses, write_caspr, _for_caspr),
-        Format("cardsflow", cardsflow_losses, write_cardsflow_xml, is_named=False),
-        Format("urdf", urdf_losses, write_urdf, with_meshes=_with_files),
+        Format("cardsflow", CARDSFLOW.losses, write_cardsflow_xml, is_named=False),
+        Format("urdf", URDF.losses, write_urdf, with_meshes=_with_files),
         Format("mjcf", mjcf_losses, write_mjcf, with_meshes=_mjcf_with_files),
         Format("osim", osim_losses, write_osim, with_meshes=_with_files),
         Format(MUSCLES_CSV, table_losses, write_table, is_named=False),

@@ -12,10 +12,10 @@ from ..model.joint import Coordinate, Joint
 from ..model.loop import LOOP_TYPES
 from ..model.muscle import Muscle, ViaPoint, Wrap, WrapSurface
 from ..model.pose import IDENTITY
-from ..model.robot import GRAVITY, MARKERS, Link, Robot
+from ..model.robot import DEFAULT_SET, GRAVITY, MARKERS, Link, Robot
 from .capability import Feature, FeaturePlace, Finder, Row, omitted, rejected
 
-UNNAMED = ("", "cardsflow", MARKERS)
+UNNAMED = ("", DEFAULT_SET, MARKERS)
 """Names that readers assign to sets without a name."""
 
 

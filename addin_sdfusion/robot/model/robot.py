@@ -28,6 +28,8 @@ ANGLES: tuple[Axis, ...] = ("alpha", "beta", "gamma")
 WORLD = "world"
 """Name of the fixed frame. It can be used like a link as a parent and for via points."""
 
+DEFAULT_SET = "cardsflow"
+"""Name of the only cable set and task set in files that do not name them."""
 MARKERS = "markers"
 """Name of the task set with markers, which are reported but not controlled."""
 

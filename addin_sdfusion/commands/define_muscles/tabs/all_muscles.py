@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from ....muscles.path import path_of
 from ....snapshot import MuscleSnapshot
-from ...dialogs import Cell, Input
+from ...dialogs import Cell, Input, number
 from ..model import muscles
 from ..model.model import MuscleModel
-from .columns import Column, Rows, number, text_cell, with_chosen
+from .columns import Column, Rows, text_cell, with_chosen
 from .properties import MODELS
 
 TAB = Input(

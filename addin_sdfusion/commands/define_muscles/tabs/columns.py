@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ....robot.errors import InputError
 from ....robot.model.robot import WORLD
 from ...dialogs import Cell
 from ..model.model import MuscleModel
@@ -52,15 +51,3 @@ def text_cell(text: str) -> Cell:
 def link_cell(model: MuscleModel, link: str) -> Cell:
     """Return a cell with a drop-down of all links."""
     return Cell(link, with_chosen((*model.links, WORLD), link))
-
-
-def number(text: str) -> float:
-    """Return the number in a text.
-
-    Raises:
-        InputError: The text is not a number.
-    """
-    try:
-        return float(text.strip().replace(",", "."))
-    except ValueError:
-        raise InputError(f"{text!r} is not a number.") from None

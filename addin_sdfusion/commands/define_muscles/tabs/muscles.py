@@ -10,11 +10,11 @@ from ....muscles.rows import PointRow
 from ....robot.errors import InputError
 from ....robot.model.pose import Vector3
 from ....robot.model.robot import WORLD
-from ...dialogs import Cell, Input
+from ...dialogs import Cell, Input, number
 from ..model import points
 from ..model.model import MuscleModel
 from . import properties
-from .columns import Column, Rows, link_cell, number, text_cell
+from .columns import Column, Rows, link_cell, text_cell
 
 if TYPE_CHECKING:
     from ...inputs import Inputs

@@ -9,10 +9,10 @@ from ....robot.model.laws import MUSCLE_LAWS
 from ....robot.model.laws.law import Parameter
 from ....robot.model.muscle_laws import law_of
 from ....snapshot import MuscleSnapshot
-from ...dialogs import Cell, Input
+from ...dialogs import Cell, Input, number
 from ..model import muscles
 from ..model.model import MuscleModel
-from .columns import Column, Rows, number, text_cell, with_chosen
+from .columns import Column, Rows, text_cell, with_chosen
 
 if TYPE_CHECKING:
     from ...inputs import Inputs

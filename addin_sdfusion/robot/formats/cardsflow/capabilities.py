@@ -4,17 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...finding import Finding, Subject
+from ...finding import Subject
 from ...model.robot import Robot
 from .. import features
 from ..capability import Capabilities, FeaturePlace, changed, kept, omitted, omitted_together
 from ..features import of_robot
 from .wraps import supported_wraps
-
-
-def cardsflow_losses(robot: Robot) -> list[Finding]:
-    """Return findings on everything that cardsflow.xml cannot hold."""
-    return CARDSFLOW.losses(robot)
 
 
 def _omitted_wraps(robot: Robot) -> Iterator[FeaturePlace]:

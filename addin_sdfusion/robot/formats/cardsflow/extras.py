@@ -12,12 +12,9 @@ from ...finding_builders import unknown
 from ...model.loop import LoopJoint, LoopType
 from ...model.muscle import Muscle
 from ...model.pose import IDENTITY, Pose, Vector3
-from ...model.robot import MARKERS, Robot
+from ...model.robot import DEFAULT_SET, MARKERS, Robot
 from ..reading.xml import Node, Notes, parse
 from .read import MuscleReader, read_surface, read_task_set
-
-DEFAULT_SET = "cardsflow"
-"""Name of the only cable set and task set in files that do not name them."""
 
 
 def read_extras(robot: Robot, model: Node, plugins: Sequence[Node], cable_set: str | None) -> Robot:
@@ -38,8 +35,7 @@ def read_extras(robot: Robot, model: Node, plugins: Sequence[Node], cable_set: s
     loops = tuple(_loop_joint(node) for node in _children(plugins, "loop_joint"))
     robot = replace(robot, loops=(*robot.loops, *loops))
     surfaces = [
-        read_surface(node.with_subject(Subject("wrap_surface", node.attribute("name"))))
-        for node in _children(plugins, "wrap_surface")
+        read_surface(node.named("wrap_surface")) for node in _children(plugins, "wrap_surface")
     ]
     muscles = MuscleReader([link.name for link in robot.links], surfaces)
     if cable_sets:
@@ -134,7 +130,7 @@ def _with_mesh_names(robot: Robot, plugins: Sequence[Node]) -> Robot:
 def _with_named_cable_sets(
     robot: Robot, nodes: Sequence[Node], chosen: str | None, muscles: MuscleReader
 ) -> Robot:
-    nodes = [node.with_subject(Subject("cable_set", node.attribute("id"))) for node in nodes]
+    nodes = [node.named("cable_set", "id") for node in nodes]
     active = _active(nodes) if chosen is None else chosen
     sets = tuple(muscles.cable_set(node, node.subject.name, active) for node in nodes)
     return replace(robot, cable_sets=sets, cable_set=active)
@@ -193,7 +189,7 @@ def _require_cable_set(chosen: str, robot: Robot, model: Node) -> None:
 
 
 def _with_named_task_sets(robot: Robot, nodes: Sequence[Node]) -> Robot:
-    nodes = [node.with_subject(Subject("task_set", node.attribute("id"))) for node in nodes]
+    nodes = [node.named("task_set", "id") for node in nodes]
     active = _active(nodes)
     sets = tuple(read_task_set(node, node.subject.name, active) for node in nodes)
     return replace(robot, task_sets=sets, task_set=active)

@@ -87,7 +87,7 @@ def _links_and_joints(group: Node) -> tuple[list[Link], list[Joint]]:
     for i, node in enumerate(nodes, start=1):
         if node.tag != "link_rigid":
             node.error("unexpected-element", f"<{node.tag}> in <links>; CASPR expects <link_rigid>")
-        node = node.with_subject(Subject("link", node.attribute("name")))
+        node = node.named("link")
         if node.attribute("num") != str(i):
             problem = f"num {short_repr(node.attribute('num'))} must be {i}"
             node.error("wrong-number", f"{problem}; number the links 1, 2, ... in order")

@@ -7,7 +7,7 @@ from functools import partial
 
 from ...caspr_vocabulary import CASPR_CABLES, CASPR_PULLEYS, Property
 from ...errors import UnknownNameError
-from ...finding import Subject, member
+from ...finding import member
 from ...model.muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint
 from ...model.robot import WORLD, Link
 from ...model.rotations import add
@@ -29,10 +29,7 @@ def read_cables(
     if root.tag != "cables":
         root.error("not-caspr", f"<{root.tag}> is not CASPR's <cables>")
         return (), ""
-    nodes = [
-        node.with_subject(Subject("cable_set", node.attribute("id")))
-        for node in root.all("cable_set")
-    ]
+    nodes = [node.named("cable_set", "id") for node in root.all("cable_set")]
     active = _active(root, [node.subject.name for node in nodes], chosen)
     cable_sets = []
     for node in nodes:

@@ -7,7 +7,7 @@ from functools import partial
 
 from ...caspr_vocabulary import CASPR_AXES, CASPR_TASKS, ORIENTATION
 from ...errors import UnknownNameError
-from ...finding import Subject, member
+from ...finding import member
 from ...model.robot import WORLD, Axis, Link, TaskFrame, TaskSet
 from ..reading.unique_names import with_unique_names
 from ..reading.xml import ZERO, Node, short_repr
@@ -27,10 +27,7 @@ def read_operational_spaces(root: Node, links: Sequence[Link]) -> tuple[tuple[Ta
     if root.tag != "operational_spaces":
         root.error("not-caspr", f"<{root.tag}> is not CASPR's <operational_spaces>")
         return (), ""
-    nodes = [
-        node.with_subject(Subject("task_set", node.attribute("id")))
-        for node in root.all("operational_set")
-    ]
+    nodes = [node.named("task_set", "id") for node in root.all("operational_set")]
     nodes = [node for node in nodes if _has_items(node)]
     active = _active(root, [node.subject.name for node in nodes])
     return tuple(_task_set(node, links, active) for node in nodes), active

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from ...finding import Finding, Subject
 from ...formats import features
 from ...model.joint import Coordinate
 from ...model.muscle import Muscle, Wrap
-from ...model.robot import Link, Robot
+from ...model.robot import Inertia, Link, Robot
 from ..capability import Capabilities, FeaturePlace, Finder, Row, changed, kept, omitted, rejected
 from ..features import Words, of_coordinates, of_links, of_muscles, of_robot
 from ..writing import wrap_ends
@@ -117,22 +118,17 @@ def _different_order(robot: Robot) -> Words:
     return {} if order == list(robot.all_coordinates) else {"order": names}
 
 
-def _impossible_inertias(robot: Robot) -> Iterator[FeaturePlace]:
-    for link, _ in written_inertias(robot):
-        if missing_inertia(link.inertia) is None:
-            yield FeaturePlace(Subject("link", link.name))
+def _of_inertias(has: Callable[[Inertia, Inertia], Any]) -> Finder:
+    """Return a finder of links by their inertia and the inertia in MJCF; see `of_links`."""
 
+    def find(robot: Robot) -> Iterator[FeaturePlace]:
+        in_mjcf = {link.name: inertia for link, inertia in written_inertias(robot)}
+        find_links = of_links(
+            lambda link: link.name in in_mjcf and has(link.inertia, in_mjcf[link.name])
+        )
+        yield from find_links(robot)
 
-def _increased_inertias(robot: Robot) -> Iterator[FeaturePlace]:
-    for link, _ in written_inertias(robot):
-        if by := missing_inertia(link.inertia):
-            yield FeaturePlace(Subject("link", link.name), {"by": by})
-
-
-def _increased_masses(robot: Robot) -> Iterator[FeaturePlace]:
-    for link, written in written_inertias(robot):
-        if written.mass != link.inertia.mass:
-            yield FeaturePlace(Subject("link", link.name), {"mass": written.mass})
+    return find
 
 
 def _muscle_limits(muscle: Muscle) -> bool:
@@ -241,19 +237,19 @@ MJCF = Capabilities(
             "inertia-triangle",
             "MuJoCo rejects a principal moment of inertia above the sum of the other two; correct "
             "the inertia",
-            _impossible_inertias,
+            _of_inertias(lambda own, _: missing_inertia(own) is None),
         ),
         changed(
             "moments of inertia that are zero",
             "inertia-increased",
             "MuJoCo requires positive moments of inertia; {by!r} kg·m² is added to each",
-            _increased_inertias,
+            _of_inertias(lambda own, _: (by := missing_inertia(own)) and {"by": by}),
         ),
         changed(
             "links without mass",
             "mass-increased",
             "MuJoCo requires positive masses; {mass!r} kg is used",
-            _increased_masses,
+            _of_inertias(lambda own, new: new.mass != own.mass and {"mass": new.mass}),
         ),
         changed(
             features.LIMITS,

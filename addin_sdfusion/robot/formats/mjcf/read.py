@@ -22,6 +22,7 @@ from ...model.link_poses import initial_poses
 from ...model.muscle import CableSet, Muscle, Wrap, WrapSurface
 from ...model.pose import Pose, Vector3
 from ...model.robot import (
+    DEFAULT_SET,
     MARKERS,
     SHAPE_SIZES,
     WORLD,
@@ -37,7 +38,6 @@ from ...model.robot import (
 from ...model.rotations import compose, rotate_inertia
 from ...model.transform import IDENTITY
 from ...transforms.joint_chains import Names
-from ..cardsflow.extras import DEFAULT_SET
 from ..reading.meshes import note_missing_meshes
 from ..reading.xml import Notes
 from .compiled import Compiled, Row, compile_document, rotation_of, transform, vector

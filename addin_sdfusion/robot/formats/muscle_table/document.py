@@ -30,12 +30,9 @@ from ...model.muscle import (
 )
 from ...model.muscle_path import Branch
 from ...model.pose import Pose, Vector3
-from ...model.robot import Robot
+from ...model.robot import DEFAULT_SET, Robot
 from ...records import from_plain
 from .options import MuscleOptions, PointOptions, WrapOptions, options_text, read_options
-
-CABLE_SET = "cardsflow"
-"""Name of the cable set of a robot whose file has no muscles, as in other files without names."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +139,7 @@ class MuscleDocument:
         Raises:
             InputError: A text of `options` is invalid.
         """
-        name = robot.cable_set or CABLE_SET
+        name = robot.cable_set or DEFAULT_SET
         cable_set = CableSet(name, tuple(_muscle(record) for record in self.muscles))
         names = [group.name for group in robot.cable_sets]
         sets = tuple(cable_set if s.name == name else s for s in robot.cable_sets)

@@ -18,9 +18,8 @@ from ...finding import Subject
 from ...finding_builders import listed
 from ...model.joint import Joint
 from ...model.muscle import CableSet, Muscle
-from ...model.robot import MARKERS, WORLD, Robot, TaskFrame, TaskSet
+from ...model.robot import DEFAULT_SET, MARKERS, WORLD, Robot, TaskFrame, TaskSet
 from ...model.transform import IDENTITY
-from ..cardsflow.extras import DEFAULT_SET
 from ..reading.meshes import note_missing_meshes
 from ..reading.tree import parents_first
 from ..reading.unique_names import with_unique_names
@@ -30,7 +29,7 @@ from .reading.coordinates import UNLIMITED, coordinate_ranges, with_couplings
 from .reading.document import objects, read_document
 from .reading.forces import with_joint_forces
 from .reading.frames import Frames
-from .reading.joints import free_joint, read_joint, with_joint_subject
+from .reading.joints import free_joint, read_joint
 from .reading.loops import read_loops
 from .reading.muscles import is_muscle, read_muscle
 from .reading.paths import PathContext
@@ -59,10 +58,8 @@ def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
         [c for j in joint_nodes for c in _coordinates(j)], partial(Subject, "coordinate")
     )
     frames = Frames(model)
-    links = [
-        read_body(b.with_subject(Subject("link", b.attribute("name"))), frames) for b in bodies
-    ]
-    joints = [read_joint(with_joint_subject(node), frames) for node in joint_nodes]
+    links = [read_body(b.named("link"), frames) for b in bodies]
+    joints = [read_joint(node.named("joint"), frames) for node in joint_nodes]
     joints += _free_joints(bodies, joints)
     constraints = objects(model, "ConstraintSet")
     joints = with_couplings(joints, constraints)

@@ -8,8 +8,7 @@ import re
 _ENCODING = re.compile(rb"""\s*<\?xml[^>]*?encoding\s*=\s*["']([\w.-]+)""")
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE, codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE,
           b"<\0", b"\0")  # fmt: skip
-_LATIN_1 = "cardsflow-latin-1"
-"""Name of the error handler that reads bytes that are not UTF-8 as Latin-1."""
+_NOT_UTF8 = re.compile("[\udc80-\udcff]")  # bytes that are not UTF-8, with 0xDC00 added
 
 
 def to_utf8(data: bytes) -> tuple[bytes, bool]:
@@ -20,17 +19,6 @@ def to_utf8(data: bytes) -> tuple[bytes, bool]:
     encoding = _ENCODING.match(data)
     if data.startswith(_UTF16) or (encoding and encoding[1].lower() not in (b"utf-8", b"ascii")):
         return data, False
-    try:
-        data.decode()
-    except UnicodeDecodeError:
-        return data.decode("utf-8", _LATIN_1).encode(), True
-    return data, False
-
-
-def _read_as_latin_1(error: UnicodeError) -> tuple[str, int]:
-    """Decode invalid bytes; an error handler of `codecs`."""
-    assert isinstance(error, UnicodeDecodeError)
-    return error.object[error.start : error.end].decode("latin-1"), error.end
-
-
-codecs.register_error(_LATIN_1, _read_as_latin_1)
+    text = data.decode("utf-8", "surrogateescape")
+    repaired = _NOT_UTF8.sub(lambda found: chr(ord(found[0]) - 0xDC00), text)
+    return repaired.encode(), repaired != text

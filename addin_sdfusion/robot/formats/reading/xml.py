@@ -94,6 +94,10 @@ class Node:
         self.notes.locations[subject] = (self.file, self.line)
         return Node(self.element, self.file, subject, self.notes)
 
+    def named(self, kind: str, name: str = "name") -> Node:
+        """Return the element as the description of the object with the name in an attribute."""
+        return self.with_subject(Subject(kind, self.attribute(name)))
+
     def mark_used(self) -> None:
         """Mark the element and all elements below it as used; see `reading/unread.py`."""
         self.notes.used.update(self.element.iter())

@@ -45,12 +45,12 @@ def read_sdf(
     node = _model(root)
     if node is None:
         return None
-    node = node.with_subject(Subject("robot", node.attribute("name")))
+    node = node.named("robot")
     for kind in ("link", "joint"):
         with_unique_names(node.all(kind), partial(Subject, kind))
     frames = Frames(node)
     model = Model(frames, _model_pose(node, frames), root.attribute("version", ""))
-    joints, loops = split_loops([_about(child, "joint") for child in node.all("joint")], model)
+    joints, loops = split_loops([child.named("joint") for child in node.all("joint")], model)
     roots = fixed_roots(
         node.all("link"),
         joints,
@@ -59,7 +59,7 @@ def read_sdf(
     )
     plugins = _extras(node)
     joints, inner = join_chains(joints, plugins)
-    links = [read_link(_about(child, "link"), frames) for child in node.all("link")]
+    links = [read_link(child.named("link"), frames) for child in node.all("link")]
     links = [link for link in links if link.name not in inner]
     note_missing_meshes(node, links)
     ordered = tuple(parents_first([*roots, *joints]))
@@ -73,10 +73,6 @@ def _extras(node: Node) -> list[Node]:
     plugins = node.all("plugin")
     is_ours = any(plugin.all("gravity") for plugin in plugins)
     return plugins if is_ours else [*cardsflow_xml(node), *plugins]
-
-
-def _about(node: Node, kind: str) -> Node:
-    return node.with_subject(Subject(kind, node.attribute("name")))
 
 
 def _model(root: Node) -> Node | None:

@@ -74,7 +74,7 @@ def read_sdf_world(file: Path) -> SdfWorld:
     for place in [root, *root.all("world")]:
         _note_includes(place.all("include"))
         for node in place.all("model"):
-            model = node.with_subject(Subject("model", node.attribute("name")))
+            model = node.named("model")
             for shape in _static_shapes(model):
                 if isinstance(shape, StaticObject):
                     objects.append(shape)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 
-from ...finding import Finding, Subject
+from ...finding import Subject
 from ...model.function import ITSELF, Function, Polynomial
 from ...model.joint import Coordinate
 from ...model.pose import IDENTITY
@@ -27,11 +27,6 @@ from ..sdf.write_joints import has_one_effort
 
 NO_LIMIT = 1e16
 """Value that represents no limit, in [rad], [m], [N·m], [N], [rad/s] or [m/s]."""
-
-
-def urdf_losses(robot: Robot) -> list[Finding]:
-    """Return findings on everything that URDF cannot hold of a valid robot."""
-    return URDF.losses(robot)
 
 
 def leader_of(single: SingleJoint) -> tuple[str, Function | None]:

@@ -44,18 +44,18 @@ def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     if root.tag != "robot":
         root.error("not-urdf", f"<{root.tag}> is not <robot>")
         return None
-    node = root.with_subject(Subject("robot", root.attribute("name")))
+    node = root.named("robot")
     for kind in ("link", "joint"):
         with_unique_names(node.all(kind), partial(Subject, kind))
     elements = [child for child in node.all("link") if child.attribute("name", "") != WORLD]
     motors = motor_joints(node)
-    joints = [read_joint(_about(child, "joint"), motors) for child in node.all("joint")]
+    joints = [read_joint(child.named("joint"), motors) for child in node.all("joint")]
     joints = with_leading_friction(joints, node)
     roots = fixed_roots(elements, joints, lambda _: IDENTITY, node)
     extra_nodes = cardsflow_xml(node)
     joints, inner = join_chains([*roots, *joints], extra_nodes)
     colors = material_colors(node)
-    links = [read_link(_about(child, "link"), colors) for child in elements]
+    links = [read_link(child.named("link"), colors) for child in elements]
     links = [link for link in links if link.name not in inner]
     note_shapes(node)
     note_missing_meshes(node, links)
@@ -64,10 +64,6 @@ def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     robot = read_mujoco_tag(robot, node)
     robot = read_extras(robot, node, extra_nodes, cable_set)
     return _with_motors_by_effort(robot, node, motors, extra_nodes)
-
-
-def _about(node: Node, kind: str) -> Node:
-    return node.with_subject(Subject(kind, node.attribute("name")))
 
 
 def _reject_xacro(root: Node) -> None:

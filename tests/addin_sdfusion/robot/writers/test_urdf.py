@@ -29,7 +29,7 @@ from addin_sdfusion.robot import (
     read_robot,
     revolute,
 )
-from addin_sdfusion.robot.formats.urdf.capabilities import urdf_losses
+from addin_sdfusion.robot.formats.urdf.capabilities import URDF
 from addin_sdfusion.robot.formats.urdf.write import write_urdf
 from addin_sdfusion.robot.transforms.joint_chains import single_joints
 from sim_dart import DartDynamics
@@ -66,7 +66,7 @@ def test_random_tree_has_equal_mass_matrix_in_dart(seed, tmp_path):
 def test_all_caspr_joints_have_equal_mass_matrix_in_dart(tmp_path):
     robot = every_joint()
     assert_equal_mass_matrices(robot, tmp_path)
-    chained = {f.subject.name for f in urdf_losses(robot) if f.code == "joint-in-a-chain"}
+    chained = {f.subject.name for f in URDF.losses(robot) if f.code == "joint-in-a-chain"}
     assert chained == {j.name for j in robot.joints if len(j.motions) > 1}
 
 
@@ -80,7 +80,7 @@ def test_published_robots_have_equal_mass_matrix_in_dart(shared, name, tmp_path)
 def test_any_valid_robot_is_written(robot):
     with tempfile.TemporaryDirectory() as folder:
         assert_equal_mass_matrices(robot, folder, 1)
-        assert not any(finding.is_error for finding in urdf_losses(robot))
+        assert not any(finding.is_error for finding in URDF.losses(robot))
 
 
 def test_limits_and_damping_are_written(tmp_path):
@@ -124,7 +124,7 @@ def test_fixed_joint_is_renamed_if_a_coordinate_has_its_name(tmp_path):
     robot = replace(robot, links=(*robot.links, fixed[0]), joints=(*robot.joints, fixed[1]))
     file, *_ = write_urdf(robot, tmp_path)
     assert [j.get("name") for j in ElementTree.parse(file).iter("joint")] == ["q", "q_"]
-    assert "renamed" in {finding.code for finding in urdf_losses(robot)}
+    assert "renamed" in {finding.code for finding in URDF.losses(robot)}
 
 
 def test_massless_link_is_renamed_if_a_link_has_its_name():
@@ -136,9 +136,9 @@ def test_massless_link_is_renamed_if_a_link_has_its_name():
 
 def test_unsupported_features_of_urdf_are_reported():
     robot = planar_2r()
-    assert {finding.code for finding in urdf_losses(robot)} == {"held-beside-urdf"}
+    assert {finding.code for finding in URDF.losses(robot)} == {"held-beside-urdf"}
     other = one_link(lower=0.0, initial=1.0, actuated=True, stiffness=1.0)
-    codes = {finding.code for finding in urdf_losses(other)}
+    codes = {finding.code for finding in URDF.losses(other)}
     assert codes == {"held-beside-urdf", "one-sided-limit"}
 
 

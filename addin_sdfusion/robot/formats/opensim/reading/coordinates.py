@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal, cast
 
-from ....finding import Subject
 from ....finding_builders import unknown
 from ....model.function import scaled
 from ....model.joint import Coordinate, Joint, Term
@@ -21,7 +20,7 @@ UNLIMITED = (-math.inf, math.inf)
 
 def read_coordinate(node: Node, unit: str) -> Coordinate:
     """Return a coordinate; its range becomes joint limits if it is clamped."""
-    node = node.with_subject(Subject("coordinate", node.attribute("name")))
+    node = node.named("coordinate")
     lower, upper = -math.inf, math.inf
     child = node.optional("range")
     if child is not None and is_true(node, "clamped", False):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from ....finding import Subject
 from ....model.function import ITSELF
 from ....model.joint import Coordinate, Joint, Motion, MotionKind
 from ....model.pose import Vector3, X, Y, Z
@@ -184,8 +183,3 @@ def _about_axis(node: Node, kind: MotionKind, default: Vector3, names: list[str]
         if not (motion.is_fixed and motion.displacement(0.0) == 0.0):
             motions.append(motion)
     return motions
-
-
-def with_joint_subject(node: Node) -> Node:
-    """Return the element as the description of the joint."""
-    return node.with_subject(Subject("joint", node.attribute("name")))

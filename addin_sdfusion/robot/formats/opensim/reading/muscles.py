@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from ....checks.driven import function_fault
-from ....finding import Subject
 from ....model import function
 from ....model.laws import MUSCLE_LAWS
 from ....model.muscle import CableKind, CableModel, Muscle
@@ -49,7 +48,7 @@ def is_muscle(node: Node) -> bool:
 
 def read_muscle(node: Node, context: PathContext) -> Muscle | None:
     """Return a muscle; None if it is disabled or not supported."""
-    node = node.with_subject(Subject("muscle", node.attribute("name")))
+    node = node.named("muscle")
     if not is_true(node, "appliesForce", True) or is_true(node, "isDisabled", False):
         node.warning("muscle-left-out", "it is disabled in the file; ignored")
         return None
@@ -151,7 +150,6 @@ def _note_other_curves(node: Node, f_max: float) -> None:
             continue
         terms = [f for _, f in read_terms(by_name[name], ["strain"])]
         low, high = RANGES[name]
-        fault = "".join(map(function_fault, terms))
         fault = "".join(map(function_fault, terms))
         if fault:
             by_name[name].error("bad-function", f"its {name}: {fault}")

@@ -11,13 +11,11 @@ from ....model.muscle import ViaPoint, Wrap
 from ....model.muscle_path import PointCondition, PointMotion
 from ....model.transform import IDENTITY, Transform
 from ...reading.xml import Node
+from ..writing.points import EDGE
 from .document import inner_element, last_part, objects, text
 from .frames import Frames
 from .functions import read_terms
 from .wraps import WrapObject
-
-EDGE = 1e-5
-"""A conditional point is also active this far beyond its range, as in OpenSim; [rad] or [m]."""
 
 
 @dataclass(frozen=True)

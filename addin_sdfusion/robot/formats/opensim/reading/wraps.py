@@ -12,6 +12,7 @@ from ....model.muscle import Quadrant, WrapSurface
 from ....model.robot import WORLD
 from ....model.transform import IDENTITY, Transform
 from ...reading.xml import Node, short_repr
+from ..writing.wraps import ENDLESS
 from .document import is_true, objects, text
 from .frames import Frames, offset, pose_of
 from .tori import Torus
@@ -81,10 +82,6 @@ def _read(node: Node, name: str, link: str, T_link_frame: Transform) -> WrapObje
     problem = f"unsupported <{node.tag}> {name!r} (known: {known}); paths are straight there"
     node.warning("wrap-left-out", problem)
     return None
-
-
-ENDLESS = 100.0
-"""In [m]: cylinders of at least this length are infinite; `write_osim` writes no longer ones."""
 
 
 def _quadrant(node: Node) -> Quadrant:

@@ -18,7 +18,7 @@ from ...writing.xml_text import element, numbers
 from .bodies import objects, placement
 
 ENDLESS = 100.0
-"""Length of an infinite cylinder, in [m]."""
+"""Length of cylinders that are read as infinite, and maximum length to write, in [m]."""
 SHAPES = {"sphere": "WrapSphere", "cylinder": "WrapCylinder", "ellipsoid": "WrapEllipsoid"}
 RULE = "opensim"
 
