@@ -101,17 +101,13 @@ def add_calibrate(commands: Commands) -> None:
     add_verbose(parser)
 
 
-def _patterns(words: list[str]) -> list[str]:
-    return [word.strip() for word in words]
-
-
 def _excite(options: argparse.Namespace) -> int:
     from cardsflow_fmu.simulation.excite import excite
 
     with show_progress("excite") as update:
         done = excite(
             options.robot,
-            _patterns(options.parameters),
+            options.parameters,
             options.output,
             options.cable_set,
             options.duration,
@@ -128,14 +124,13 @@ def _excite(options: argparse.Namespace) -> int:
 def _calibrate(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.report.calibration import calibrate_files
 
-    parameters = _patterns(options.parameters)
-    if not parameters:
+    if not options.parameters:
         raise InputError('is required, such as "muscles.*.offset"', key="--parameters")
     with show_progress("calibrate") as update:
         done = calibrate_files(
             options.recordings,
             options.robot,
-            parameters,
+            options.parameters,
             options.output,
             options.cable_set,
             options.markers,

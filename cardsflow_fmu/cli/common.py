@@ -87,7 +87,7 @@ def add_words(parser: argparse.ArgumentParser, option: str, metavar: str, text: 
 
 
 def _words(text: str) -> list[str]:
-    return [word for word in text.split(",") if word]
+    return [word.strip() for word in text.split(",") if word.strip()]
 
 
 def add_verbose(

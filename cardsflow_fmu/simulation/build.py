@@ -93,20 +93,18 @@ def build(
         libraries: Libraries = {kind: _libraries(platforms, scratch, kind) for kind in kinds}
         if fmi == "2.0" and platforms is None:
             libraries = _fmi_2_libraries(libraries)
-        files = build_fmus(
+        files = inner = build_fmus(
             *(experiment, scratch, names, fmi, arrays, libraries, native),
             with_results=with_results,
             is_continuous=is_continuous,
         )
         paths = list(files.values())
         if not is_continuous:
-            inner = files
             if fmi != "2.0":
                 (scratch / "inner").mkdir()
+                libraries = _fmi_2_libraries(libraries)
                 inner = build_fmus(
-                    *(experiment, scratch / "inner", names),
-                    libraries=_fmi_2_libraries(libraries),
-                    native=native,
+                    *(experiment, scratch / "inner", names, "2.0", arrays, libraries, native),
                     with_results=with_results,
                 )
             paths.append(_build_system(experiment, inner, scratch))
@@ -175,13 +173,7 @@ def build_fmus(
 
     `is_continuous` selects the plant for model exchange.
     """
-    models: dict[str, tuple[type[ExperimentModel], NativeModel | None]] = {}
-    for name in (name for name in names if name not in experiment.fmus):
-        if is_continuous:
-            file = ContinuousPlantModel.file(experiment)
-            models[name] = ContinuousPlantModel, NativeModel(file, has_derivatives=True)
-        else:
-            models[name] = model_class(name), model_in_c(experiment, name, native)
+    models = _models(experiment, names, native, is_continuous=is_continuous)
     resources, files = experiment_resources(experiment), {}
     period, run = experiment.controller.period, experiment.run
     divisors = {"controller": period, "plant": experiment.plant.step, HARDWARE: run.step}
@@ -212,6 +204,18 @@ def build_fmus(
             results=results,
         )
     return files
+
+
+def _models(
+    experiment: Experiment, names: Sequence[str], native: bool | None, *, is_continuous: bool
+) -> dict[str, tuple[type[ExperimentModel], NativeModel | None]]:
+    """Return class and C model of each model without external FMU; None if it is in Python."""
+    names = [name for name in names if name not in experiment.fmus]
+    if is_continuous:
+        model = ContinuousPlantModel
+        in_c = NativeModel(model.file(experiment), has_derivatives=True)
+        return dict.fromkeys(names, (model, in_c))
+    return {name: (model_class(name), model_in_c(experiment, name, native)) for name in names}
 
 
 def _build_system(experiment: Experiment, fmus: Mapping[str, Path], folder: Path) -> Path:
