@@ -78,8 +78,6 @@ def library() -> ctypes.PyDLL:
     core.core_reach.argtypes = [pointer, double]
     core.core_advance.argtypes = [pointer, text, double]
     core.core_invert.argtypes = [pointer, text, double, double]
-    core.core_curve.argtypes = [pointer, count, text, double, ctypes.c_int]
-    core.core_curve.restype = double
     for name in ("fibres", "tendons"):
         getattr(core, f"core_{name}").argtypes = [pointer, count, pointer, pointer]
         getattr(core, f"core_{name}").restype = None

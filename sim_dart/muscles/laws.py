@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,10 +15,6 @@ from sim_dart.core.library import Core
 
 from .custom_laws import CustomLaws
 from .friction import bend_count, stretch_count
-
-Curve = Literal[
-    "active_force_length", "force_velocity", "passive_force_length", "tendon_force_length"
-]
 
 _HALVINGS = 60
 
@@ -65,7 +61,6 @@ class MuscleLaws:
         command_high: Largest commands, shape (m,); infinite for ideal cables.
         custom: The custom muscle laws in Python.
         states: States, shape (S,), as a view that can be written.
-        state_rates: Time derivatives of the states, from `update_state_rates`, as a view.
         rates: Path velocities l' = L qd, shape (m,), in [m/s], as a view.
         tensions: Tensions f of the last `drive`, shape (m,), in [N], as a view. Only springs that
             can push have negative values.
@@ -95,7 +90,6 @@ class MuscleLaws:
         self.command_low: FloatArray = ranges[:, 0].copy()
         self.command_high: FloatArray = ranges[:, 1].copy()
         self.states = core.array("law_states", len(self.state_names))
-        self.state_rates = core.array("law_rates", len(self.state_names))
         self.rates = core.array("rates", m)
         self.tensions = core.array("tensions", m)
         self.far_tensions = core.array("far_tensions", m) if slips else self.tensions
@@ -144,16 +138,6 @@ class MuscleLaws:
             return commands
         self._core.update_rates(self._handle, rates)
         return self.custom.forces(commands, self._lengths, self.rates)
-
-    def update_state_rates(self, commands: ArrayLike) -> FloatArray:
-        """Compute and return the time derivatives of the states at the last path velocities.
-
-        The dynamics of the states can be stiff. Explicit integration rules are not suitable; use
-        `advance` instead.
-        """
-        u = self._vector("commands", commands)
-        self._check(self._core.update_law_rates(self._handle, u.tobytes()), "command", u)
-        return self.state_rates
 
     def advance(self, commands: ArrayLike, h: float) -> None:
         """Integrate the states over a time step with constant commands and path velocities.
@@ -238,25 +222,6 @@ class MuscleLaws:
         """Return the tensions in equilibrium at rest with constant commands."""
         self.start(commands)
         return self.drive(np.zeros(self._n), commands).copy()
-
-    def curve(self, muscle: str, name: Curve, x: ArrayLike, slope: bool = False) -> FloatArray:
-        """Evaluate a curve of a Hill-type muscle, or its slope.
-
-        Args:
-            x: Fibre length over optimal fibre length, tendon length over tendon slack length, or
-                fibre velocity over maximum contraction velocity (positive for lengthening).
-            slope: Whether to return dy/dx.
-
-        Raises:
-            InputError: The muscle law does not have this curve.
-        """
-        index = self._names.index(muscle)
-        points = np.asarray(x, dtype=np.float64)
-        word = name.encode()
-        values = [self._core.curve(self._handle, index, word, p, slope) for p in points.reshape(-1)]
-        if np.isnan(values).any():
-            raise InputError(f"muscle {muscle!r} does not have a curve {name!r}")
-        return np.array(values).reshape(points.shape)
 
     def _vector(self, label: str, values: ArrayLike) -> FloatArray:
         return vector(label, values, self._m)

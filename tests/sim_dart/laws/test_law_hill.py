@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from support.robots.muscle_bench import HILL, Bench
+from support.robots.muscle_bench import CURVES, HILL, Bench
 
 from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
 from sim_dart.core.arrays import FloatArray
-from sim_dart.muscles.laws import Curve, MuscleLaws
 
 pytestmark = pytest.mark.native
 
@@ -31,9 +30,9 @@ def _cases(**extra: float) -> list[tuple[str, dict[str, float]]]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("curve", get_args(Curve))
+@pytest.mark.parametrize("curve", CURVES)
 def test_slopes_are_derivatives_of_curves(kind: str, curve: Any) -> None:
-    laws = Bench((kind, HILL)).laws
+    bench = Bench((kind, HILL))
     rng = np.random.default_rng(5)
     low, high = (-1.3, 1.3) if curve == "force_velocity" else (0.35, 1.9)
     if curve == "tendon_force_length":
@@ -42,9 +41,9 @@ def test_slopes_are_derivatives_of_curves(kind: str, curve: Any) -> None:
     x = rng.uniform(low, high, 400)
     h = 1e-6
     x = x[[min((abs(p - k) for k in kinks), default=1.0) > 2 * h for p in x]]
-    centred = laws.curve("m0", curve, x + h) - laws.curve("m0", curve, x - h)
+    centred = bench.curve(curve, x + h) - bench.curve(curve, x - h)
     np.testing.assert_allclose(
-        laws.curve("m0", curve, x, slope=True), centred / (2 * h), rtol=2e-6, atol=2e-6
+        bench.curve(curve, x, slope=True), centred / (2 * h), rtol=2e-6, atol=2e-6
     )
 
 
@@ -52,7 +51,7 @@ def test_slopes_are_derivatives_of_curves(kind: str, curve: Any) -> None:
 def test_curves_contain_their_anchor_points(kind: str) -> None:
     """The active force at the optimum, and passive and tendon force at their strains, are 1."""
     strains = {"tendon_strain": 0.04, "passive_fibre_strain": 0.55}
-    laws = Bench((kind, HILL | strains)).laws
+    bench = Bench((kind, HILL | strains))
     for curve, x, y in (
         ("active_force_length", 1.0, 1.0),
         ("force_velocity", 0.0, 1.0),
@@ -61,7 +60,7 @@ def test_curves_contain_their_anchor_points(kind: str) -> None:
         ("tendon_force_length", 1.04, 1.0),
         ("tendon_force_length", 1.0, 0.0),
     ):
-        found = laws.curve("m0", curve, x)  # type: ignore[arg-type]
+        found = bench.curve(curve, x)
         assert found == pytest.approx(y, abs=1e-4 if kind == KINDS[0] and x == -1.0 else 1e-12)
 
 
@@ -77,9 +76,9 @@ def test_bezier_curves_equal_de_casteljau(extra: dict[str, float]) -> None:
 
     The control polygons follow from the ends of a piece, their slopes, and the curviness.
     """
-    laws = Bench(("hill_millard2012", HILL | extra)).laws
+    bench = Bench(("hill_millard2012", HILL | extra))
     for curve, knots, part in _pieces({**DEFAULTS, **extra}):
-        x, (y, slope) = np.array(knots), (_at(laws, curve, knots, s) for s in (False, True))
+        x, (y, slope) = np.array(knots), (_at(bench, curve, knots, s) for s in (False, True))
         for i in range(len(knots) - 1):
             turn = slope[i] - slope[i + 1]
             corner = (y[i + 1] - y[i] - x[i + 1] * slope[i + 1] + x[i] * slope[i]) / turn
@@ -91,7 +90,7 @@ def test_bezier_curves_equal_de_casteljau(extra: dict[str, float]) -> None:
                 left = polygon
                 while len(left) > 1:
                     left = left[:-1] + t * np.diff(left, axis=0)
-                found = float(laws.curve("m0", curve, left[0, 0]))  # type: ignore[arg-type]
+                found = float(bench.curve(curve, left[0, 0]))
                 assert found == pytest.approx(left[0, 1], abs=1e-10 * max(1.0, abs(slope).max()))
 
 
@@ -109,8 +108,8 @@ def _pieces(p: Mapping[str, Any]) -> list[tuple[str, list[float], float]]:
     ]
 
 
-def _at(laws: MuscleLaws, curve: Any, x: list[float], slope: bool) -> FloatArray:
-    return np.array(laws.curve("m0", curve, np.array(x), slope=slope))
+def _at(bench: Bench, curve: Any, x: list[float], slope: bool) -> FloatArray:
+    return np.array(bench.curve(curve, np.array(x), slope=slope))
 
 
 def _fibre_length_along_tendon(fibre: float, parameters: Mapping[str, float]) -> float:
@@ -131,18 +130,17 @@ def _residual(
     w: float,
 ) -> float:
     """Return the fibre force along the tendon minus the tendon force, over F0."""
-    laws = bench.laws
     along = _fibre_length_along_tendon(fibre, parameters)
     z, stretch = fibre / 0.1, (length - along) / 0.2
     speed = 0.25 + 0.75 * activation if is_thelen(bench) else 1.0
     force = (
         activation
-        * float(laws.curve("m0", "active_force_length", z))
-        * float(laws.curve("m0", "force_velocity", w / speed))
-        + float(laws.curve("m0", "passive_force_length", z))
+        * float(bench.curve("active_force_length", z))
+        * float(bench.curve("force_velocity", w / speed))
+        + float(bench.curve("passive_force_length", z))
         + damping * w
     )
-    tendon = float(laws.curve("m0", "tendon_force_length", stretch)) if stretch > 1.0 else 0.0
+    tendon = float(bench.curve("tendon_force_length", stretch)) if stretch > 1.0 else 0.0
     return force * along / fibre - tendon
 
 

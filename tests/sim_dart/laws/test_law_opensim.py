@@ -238,13 +238,13 @@ def test_millard_curves_with_other_parameters(
 ) -> None:
     curve = getattr(opensim, theirs)(*values)
     curve.ensureCurveUpToDate()
-    laws = Bench(("hill_millard2012", HILL | dict(zip(names, values, strict=True)))).laws
+    bench = Bench(("hill_millard2012", HILL | dict(zip(names, values, strict=True))))
     x = np.linspace(0.98, 1.08, 60) if "tendon" in ours else np.linspace(-1.4, 2.0, 171)
     np.testing.assert_allclose(
-        laws.curve("m0", ours, x), [curve.calcValue(float(p)) for p in x], rtol=1e-9, atol=1e-10
+        bench.curve(ours, x), [curve.calcValue(float(p)) for p in x], rtol=1e-9, atol=1e-10
     )
     np.testing.assert_allclose(
-        laws.curve("m0", ours, x, slope=True),
+        bench.curve(ours, x, slope=True),
         [curve.calcDerivative(float(p), 1) for p in x],
         rtol=1e-8,
         atol=1e-8,
@@ -255,10 +255,10 @@ def test_millard_curves_with_other_parameters(
 def test_millard_strains_determine_stiffness(tendon_strain: float) -> None:
     curve = opensim.TendonForceLengthCurve(tendon_strain)
     curve.ensureCurveUpToDate()
-    laws = Bench(("hill_millard2012", HILL | {"tendon_strain": tendon_strain})).laws
+    bench = Bench(("hill_millard2012", HILL | {"tendon_strain": tendon_strain}))
     x = np.linspace(0.99, 1.1, 60)
     np.testing.assert_allclose(
-        laws.curve("m0", "tendon_force_length", x),
+        bench.curve("tendon_force_length", x),
         [curve.calcValue(float(p)) for p in x],
         rtol=1e-9,
         atol=1e-10,

@@ -28,10 +28,10 @@ def _table(shared: Path, name: str) -> Any:
 )
 def test_millard_curves(shared: Path, theirs: str, ours: Any) -> None:
     table = _table(shared, "millard2012_curves")[theirs]
-    laws = Bench(("hill_millard2012", HILL | {"active_minimum": 0.1})).laws
+    bench = Bench(("hill_millard2012", HILL | {"active_minimum": 0.1}))
     x, y, slope = (np.array(table[key]) for key in ("x", "y", "dydx"))
-    np.testing.assert_allclose(laws.curve("m0", ours, x), y, rtol=1e-12, atol=1e-13)
-    np.testing.assert_allclose(laws.curve("m0", ours, x, slope=True), slope, rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(bench.curve(ours, x), y, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(bench.curve(ours, x, slope=True), slope, rtol=1e-11, atol=1e-12)
 
 
 def test_de_groote_muscle_with_rigid_tendon(shared: Path) -> None:
@@ -48,7 +48,7 @@ def test_de_groote_muscle_with_rigid_tendon(shared: Path) -> None:
         (speed, "force_velocity", "force_velocity_mult"),
         (fibre, "passive_force_length", "passive_mult"),
     ):
-        y = bench.laws.curve("m0", curve, x)  # type: ignore[arg-type]
+        y = bench.curve(curve, x)
         np.testing.assert_allclose(y, [row[key] for row in rows], rtol=1e-12, atol=1e-15)
 
 

@@ -30,7 +30,7 @@ def test_curves_are_splines_through_their_points(name: str, behind: float) -> No
     if name == "active":
         expected[expected[:, 0] < 0.0] = 0.0
     for column, is_slope in enumerate((False, True)):
-        found = bench.laws.curve("m0", curve, x + behind, slope=is_slope)  # type: ignore[arg-type]
+        found = bench.curve(curve, x + behind, slope=is_slope)
         np.testing.assert_allclose(found, expected[:, column], rtol=1e-9, atol=1e-9)
 
 

@@ -83,5 +83,5 @@ def test_curves_depend_on_the_parameters_of_each_muscle() -> None:
     bench = Bench(*(("hill_millard2012", HILL | shape) for shape in shapes))
     for k, shape in enumerate(shapes):
         strained = 1.0 + shape["passive_fibre_strain"]
-        (force,) = bench.laws.curve(f"m{k}", "passive_force_length", [strained])
+        (force,) = bench.curve("passive_force_length", [strained], muscle=k)
         assert force == pytest.approx(1.0, abs=1e-12)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Mapping
 
@@ -24,7 +25,7 @@ from addin_sdfusion.robot import (
 from addin_sdfusion.robot.model.laws.law import Parameter
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.blob import compile_blob
-from sim_dart.core.library import Core
+from sim_dart.core.library import Core, library
 from sim_dart.muscles.laws import MuscleLaws
 
 WINCH = {
@@ -39,6 +40,9 @@ WINCH = {
 }
 HILL = {"max_isometric_force": 1000.0, "optimal_fibre_length": 0.1, "tendon_slack_length": 0.2}
 """Parameters without defaults, with the default values of OpenSim."""
+
+CURVES = "active_force_length", "force_velocity", "passive_force_length", "tendon_force_length"
+"""Names of the curves of Hill-type muscles."""
 
 SOUND: dict[str, dict[str, float]] = {
     "ideal": {},
@@ -208,7 +212,20 @@ class Bench:
         """Return the derivatives of the states."""
         self.move(length, speed)
         self.laws.set_states(states)
-        return self.laws.update_state_rates(self._all(command)).copy()
+        u = self._all(command)
+        bad = self._core.update_law_rates(self._core.handle, u.tobytes())
+        assert not bad
+        return self._core.array("law_rates", len(self.laws.state_names)).copy()
+
+    def curve(self, name: str, x: ArrayLike, *, slope: bool = False, muscle: int = 0) -> FloatArray:
+        """Return values or slopes of a curve of a Hill-type muscle; NaN without this curve."""
+        evaluate, c = library().core_curve, ctypes
+        evaluate.argtypes = [c.c_void_p, c.c_int32, c.c_char_p, c.c_double, c.c_int]
+        evaluate.restype = c.c_double
+        points = np.asarray(x, dtype=np.float64)
+        handle = self._core.handle
+        values = [evaluate(handle, muscle, name.encode(), p, slope) for p in points.reshape(-1)]
+        return np.array(values).reshape(points.shape)
 
     def advance(self, length: float, speed: float, command: float, h: float) -> None:
         """Advance by a time from a length with a speed."""
