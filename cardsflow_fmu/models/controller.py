@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError, Robot, SimulationError
+from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.model.muscle_laws import states_of
-from cardsflow_fmu.cosim.participant import CStep
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies, controller_dependencies
 from cardsflow_fmu.cosim.signals.estimation import estimate_inputs, measured_muscles
 from cardsflow_fmu.cosim.signals.groups import Groups
@@ -30,7 +29,7 @@ from .native.motion_fields import motion_fields
 from .native.opened_model import OpenedModel
 from .native.predictive import predictive_fields
 from .plant import motors
-from .python_law import PythonParts, law_in_python
+from .python_law import PythonController, law_in_python
 from .reference import reference_parts
 from .start_commands import start
 
@@ -42,69 +41,19 @@ class ControllerModel(CModel):
     """Control law and sampled control loop with one tick per step.
 
     The law uses the inputs at the start of a step. Its forces are constant until the next step.
+    Before the first tick, ideal cables have the force f_min, motors have zero torque, and muscles
+    with laws have the commands that hold the robot.
     """
 
     description = "Controller of muscle forces"
 
-    def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
-        super().__init__(experiment, values)
-        self._valid = self.views["valid"]
+    opened: OpenedModel | PythonController
 
-    def _open(self, experiment: Experiment) -> OpenedModel:
+    def _open(self, experiment: Experiment) -> OpenedModel | PythonController:
         opened = self._opened_in_c(experiment)
-        self._python: PythonParts | None = None
-        if self.missing(experiment) is not None:
-            self._python = PythonParts(experiment, opened)
-        return opened
-
-    @property
-    def c_step(self) -> CStep | None:
-        """Step of the controller without Python; None if a part of it is in Python."""
-        is_own_step = type(self).step is ControllerModel.step and self._python is None
-        if is_own_step and isinstance(self.opened, OpenedModel):
-            return self.opened.c_step
-        return None
-
-    def initialize(self, t: float = 0.0) -> None:
-        """Read gains and limits.
-
-        Before the first tick, ideal cables have the force f_min, motors have zero torque, and
-        muscles with laws have the commands that hold the robot.
-        """
-        super().initialize(t)
-        if self._python is not None:
-            self._python.reset()
-
-    def step(self, t: float, h: float) -> None:
-        """Execute one tick with the inputs at t. The step h is the period of the tick."""
-        python = self._python
-        if python is None:
-            self.opened.step(t, h)
-            return
-        try:
-            self.opened.step(t, h)
-        except SimulationError:
-            python.check()
-            raise
-        python.check()
-        if self._valid.size and not self._valid[0]:
-            python.reset()
-
-    def get_state(self) -> bytes:
-        """Return the state of the controller, followed by the state of a law in Python."""
-        state = super().get_state()
-        return state if self._python is None else state + self._python.get_state()
-
-    def set_state(self, state: bytes) -> None:
-        """Restore a state from `get_state`."""
-        if self._python is None:
-            super().set_state(state)
-            return
-        end = len(super().get_state())
-        if len(state) != end + len(self._python.get_state()):
-            raise InputError(f"invalid state of this controller: {len(state)} bytes")
-        super().set_state(state[:end])
-        self._python.set_state(state[end:])
+        if self.missing(experiment) is None:
+            return opened
+        return PythonController(experiment, opened, self.views["valid"])
 
     @staticmethod
     def groups(experiment: Experiment) -> Groups:

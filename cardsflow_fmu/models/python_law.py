@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import OperationalSpaceSolution, Posture
@@ -63,11 +64,15 @@ def law_in_python(experiment: Experiment) -> str | None:
     return None
 
 
-class PythonParts:
-    """Control law and muscle laws in Python for a controller in C."""
+class PythonController:
+    """Controller in C with a control law or muscle laws in Python.
 
-    def __init__(self, experiment: Experiment, opened: OpenedModel) -> None:
-        self._opened = opened
+    Args:
+        valid: Whether the estimate is valid, shape (1,); shape (0,) without an estimator.
+    """
+
+    def __init__(self, experiment: Experiment, opened: OpenedModel, valid: FloatArray) -> None:
+        self._opened, self._valid = opened, valid
         self._raised: BaseException | None = None
         self._law: Law | None = None
         self._muscles = CustomLaws(experiment.robot)
@@ -97,22 +102,41 @@ class PythonParts:
         self._n, self._r, self._a = n, self._gains[0].size, self._bounds[0].size
         self._parameters = [np.empty(0)] * 4
 
-    def reset(self) -> None:
-        """Reset the state of the law."""
-        if self._law is not None:
-            self._law.reset()
+    def initialize(self, t: float) -> None:
+        """Set the start state of the controller and of the law."""
+        self._opened.initialize(t)
+        self._reset()
+
+    def step(self, t: float, h: float) -> None:
+        """Execute one tick; raise the exception of a callback, if it failed."""
+        try:
+            self._opened.step(t, h)
+        finally:
+            self._raise_stored()
+        if self._valid.size and not self._valid[0]:
+            self._reset()
 
     def get_state(self) -> bytes:
-        """Return the state of the law."""
-        return b"" if self._law is None else self._law.get_state().tobytes()
+        """Return the state of the controller, followed by the state of the law."""
+        return self._opened.get_state() + self._law_state()
 
     def set_state(self, state: bytes) -> None:
         """Restore a state from `get_state`."""
+        end = len(state) - len(self._law_state())
+        if end != len(self._opened.get_state()):
+            raise InputError(f"invalid state of this controller: {len(state)} bytes")
+        self._opened.set_state(state[:end])
         if self._law is not None:
-            self._law.set_state(np.frombuffer(state))
+            self._law.set_state(np.frombuffer(state[end:]))
 
-    def check(self) -> None:
-        """Raise the exception of the last tick, if it failed."""
+    def _law_state(self) -> bytes:
+        return b"" if self._law is None else self._law.get_state().tobytes()
+
+    def _reset(self) -> None:
+        if self._law is not None:
+            self._law.reset()
+
+    def _raise_stored(self) -> None:
         raised, self._raised = self._raised, None
         if raised is not None:
             raise raised
