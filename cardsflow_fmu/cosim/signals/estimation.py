@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.model.muscle_laws import law_of
@@ -38,28 +39,36 @@ def measured_muscles(robot: Robot) -> list[int]:
     return [k for k, muscle in enumerate(robot.muscles) if law_of(muscle.model).command is not None]
 
 
+def _muscle_ports(
+    robot: Robot, prefix: str, unit: str, causality: Causality, quantity: str
+) -> list[Port]:
+    """Return a port for each muscle with sensors."""
+    names = muscle_signals(prefix, robot)
+    return [
+        Port(names[k], unit, causality, "continuous", f"{quantity} {robot.muscles[k].name}")
+        for k in measured_muscles(robot)
+    ]
+
+
+def _motor_ports(robot: Robot, mark: str, causality: Causality, quantity: str) -> list[Port]:
+    """Return a port for the torque of each joint motor."""
+    return [
+        Port(name, force_unit(c), causality, "continuous", f"{quantity} {c.name}")
+        for name, c in zip(motor_signals(MOTOR_TORQUE + mark, robot), robot.motors, strict=True)
+    ]
+
+
 def _measurement_ports(
     robot: Robot, encoded: Sequence[int], units: Sequence[str], causality: Causality, mark: str
 ) -> Groups:
     """Return the ports of all measurements, with a suffix of the prefixes."""
-    muscles = [(k, robot.muscles[k].name) for k in measured_muscles(robot)]
-    lengths = muscle_signals(LENGTH + mark, robot)
-    tensions = muscle_signals(TENSION + mark, robot)
     positions = coordinate_signals(POSITION + mark, robot)
-    motors = zip(motor_signals(MOTOR_TORQUE + mark, robot), robot.motors, strict=True)
     return {
-        "lengths": [
-            Port(lengths[k], "m", causality, "continuous", f"Measured length of muscle {name}")
-            for k, name in muscles
-        ],
-        "measured_tensions": [
-            Port(tensions[k], "N", causality, "continuous", f"Measured tension of muscle {name}")
-            for k, name in muscles
-        ],
-        "measured_torques": [
-            Port(name, force_unit(c), causality, "continuous", f"Measured torque of {c.name}")
-            for name, c in motors
-        ],
+        "lengths": _muscle_ports(robot, LENGTH + mark, "m", causality, "Measured length of muscle"),
+        "measured_tensions": _muscle_ports(
+            robot, TENSION + mark, "N", causality, "Measured tension of muscle"
+        ),
+        "measured_torques": _motor_ports(robot, mark, causality, "Measured torque of"),
         "encoders": [
             Port(positions[j], c.unit, causality, "continuous", f"Measured position of {c.name}")
             for j, c in enumerate(robot.coordinates)
@@ -89,21 +98,13 @@ def sensor_groups(robot: Robot, encoded: Sequence[int], units: Sequence[str]) ->
 
     Inputs are the true state, tensions and torques; outputs are the measurements.
     """
-    tensions = muscle_signals(TENSION, robot)
-    torques = zip(motor_signals(MOTOR_TORQUE, robot), robot.motors, strict=True)
     return {
         **{
             prefix: coordinate_ports(prefix, per, quantity, robot, "input", "continuous")
             for prefix, per, quantity in (("q", "", "Position"), ("qd", "/s", "Velocity"))
         },
-        "tensions": [
-            Port(tensions[k], "N", "input", "continuous", f"Tension of {robot.muscles[k].name}")
-            for k in measured_muscles(robot)
-        ],
-        "torques": [
-            Port(name, force_unit(c), "input", "continuous", f"Torque of the motor of {c.name}")
-            for name, c in torques
-        ],
+        "tensions": _muscle_ports(robot, TENSION, "N", "input", "Tension of"),
+        "torques": _motor_ports(robot, "", "input", "Torque of the motor of"),
         **_measurement_ports(robot, encoded, units, "output", MEASURED),
         "worker_timeout": [WORKER_TIMEOUT],
     }
@@ -153,7 +154,8 @@ def estimator_groups(
         for key, per, quantity in descriptions
     }
     statuses = ", ".join(f"{number} {text}" for number, text in enumerate(STATUSES))
-    names = muscle_signals("offset", robot)
+    quantity = "Offset of the measured length of muscle"
+    starts = _muscle_ports(robot, "offset", "m", "parameter", quantity)
     return {
         **_measurement_ports(robot, encoded, units, "input", ""),
         **outputs,
@@ -167,25 +169,13 @@ def estimator_groups(
             "q_start", "", "Start position", robot, "parameter", "fixed", q
         ),
         "offsets": [
-            Port(
-                names[k],
-                "m",
-                "parameter",
-                "fixed",
-                f"Offset of the measured length of muscle {robot.muscles[k].name}",
-                offsets[k],
-            )
-            for k in measured_muscles(robot)
+            replace(port, variability="fixed", start=offsets[k])
+            for k, port in zip(measured_muscles(robot), starts, strict=True)
         ],
         **{
-            group: [
-                Port(
-                    muscle_signals(prefix, robot)[k],
-                    *("m", "output", "continuous", f"{quantity} of muscle {robot.muscles[k].name}"),
-                )
-                for k in measured_muscles(robot)
-                if estimates_offsets
-            ]
+            group: _muscle_ports(robot, prefix, "m", "output", f"{quantity} of muscle")
+            if estimates_offsets
+            else []
             for group, prefix, quantity in (
                 ("found_offsets", OFFSET, "Estimated offset of the measured length"),
                 ("offset_sd", OFFSET_SD, "Standard deviation of the estimated offset"),
