@@ -36,7 +36,6 @@ class Part:
         name: Name of the component; equal parts have the same name.
         T: Pose in the parent assembly, T_parent_part, lengths in [m].
         shape: Shape of the geometry kernel in the part's frame; None for a subassembly.
-        children: Parts of a subassembly.
         label: Name of the instance; may be empty.
         color: Color as `#rrggbb`; None if unknown.
         opacity: From 0 to 1.
@@ -58,8 +57,6 @@ class Place:
     """A part with its path and pose in the assembly.
 
     Attributes:
-        path: Path of the occurrence.
-        parent: Path of the parent assembly.
         T: Pose T_root_part, lengths in [m].
     """
 

@@ -47,9 +47,7 @@ class WrapRow:
 
     Attributes:
         name: Name of the surface; the same for all muscles that wrap over it.
-        part: Name of the part.
         near: Point near the face in the root frame, in [m]; None if an earlier row specifies it.
-        muscle: Name of the muscle.
         use: Segment, side, turns and inside.
     """
 

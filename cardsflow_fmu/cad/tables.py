@@ -81,7 +81,6 @@ class JointRow:
     """Row of the table of joints.
 
     Attributes:
-        name: Name of the joint.
         kind: Kind of the joint in a snapshot.
         parent, child: Names of the parts, or `world`; the child moves.
         origin: Position in the root frame, in [m]; None if not specified.
@@ -113,7 +112,6 @@ class MaterialRow:
     """Row of the table of materials.
 
     Attributes:
-        part: Name of the part.
         density: In [kg/m³]; None if the mass is specified.
         mass: In [kg]; None if the density is specified.
         material: Name of the material; may be empty.

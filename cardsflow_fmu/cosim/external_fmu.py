@@ -33,7 +33,6 @@ class ExternalFmu:
     """Settings of an FMU that replaces one of the experiment's FMUs.
 
     Attributes:
-        file: The .fmu.
         key: Key of the setting for messages, such as `fmus.plant`.
         inputs: The FMU's variable for each input port of the experiment, by the port's name. A name
             may be the name of a group of ports or of an array.

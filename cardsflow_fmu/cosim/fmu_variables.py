@@ -137,7 +137,6 @@ class Row:
     """Signals of an FMU in one array.
 
     Attributes:
-        names: Names of all elements.
         values: Values, shape (len(names),); initially the start values.
         banks: Variables by type, in the order of the values.
     """

@@ -60,7 +60,6 @@ class FmuDescription:
     Attributes:
         variables: The variables, which contain all ports of the model in order.
         model_name: Name of the model and of its library: a C identifier.
-        description: Description in one line.
         step: Preferred communication step, in [s].
         stop_time: Preferred end, in [s].
         internal_step: Divisor of communication steps, in [s].

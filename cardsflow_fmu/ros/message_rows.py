@@ -39,7 +39,6 @@ class _Prototype:
 
     Attributes:
         arrays: Arrays of the batch in the number types of the message, in the order of its fields.
-        content: Bytes of the message.
     """
 
     def __init__(self, store: Any, values: Mapping[str, Any], kind: str, byte: int) -> None:

@@ -42,7 +42,6 @@ class McapRecording(NamedTuple):
     """Summary of a written recording.
 
     Attributes:
-        file: File of the recording.
         notes: Lines about parts of the run that the recording does not contain.
     """
 

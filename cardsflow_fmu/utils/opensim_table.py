@@ -28,7 +28,6 @@ class OpenSimTable(NamedTuple):
     """An OpenSim table.
 
     Attributes:
-        names: Names of the columns.
         rows: Values, shape (rows, columns).
         in_degrees: Whether angles are in degrees.
     """

@@ -26,7 +26,6 @@ class Port:
         causality: `input`, `output` or `parameter`; `local` for parts of a model in continuous
             time.
         variability: `continuous` or `discrete` signals; `fixed` or `tunable` parameters.
-        description: Description in one line.
         start: Start value of an input or a parameter.
         boolean: Whether the variable is a boolean, stored as 0 or 1.
         lower, upper: Range in which the variable is intended to be; infinite if unlimited.

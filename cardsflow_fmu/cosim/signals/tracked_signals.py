@@ -19,7 +19,6 @@ class TrackedSignal:
     """Signal that tracks a desired signal.
 
     Attributes:
-        actual, desired: Names of the signals.
         unit: Unit of both signals; empty if unknown.
         turns: Whether they are angles modulo 2 pi.
     """

@@ -16,7 +16,6 @@ class Event:
 
     Attributes:
         state: New state of the device, or "rejected" for a rejected run.
-        run: Id of the run.
         reason: Text of the reason; may be empty.
     """
 

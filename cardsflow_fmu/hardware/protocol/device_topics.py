@@ -49,7 +49,6 @@ class DeviceTopics:
             have the same name.
 
     Attributes:
-        commands_topic, states_topic: The topics.
         commands: Names in the order of a command: muscles, then joint motors.
         states: Names in the order of a state message: joints, then muscles.
     """

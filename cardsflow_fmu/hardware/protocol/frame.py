@@ -99,14 +99,12 @@ class Frame(NamedTuple):
     """Contents of a frame. It is a tuple, since both sides create one in every exchange.
 
     Attributes:
-        kind: Kind of the frame.
         flags: Bits of `Flag`. `pack` sets the bit of the signature.
         run_id: Id of the run, 32 bits.
         seq: Sequence number, 32 bits.
         t_sim: Time of the run, in [s].
         t_send_ns: Time of sending on the sender's monotonic clock, in [ns].
         echo_ns: `t_send_ns` of the answered frame, or 0.
-        values: Values of the frame.
     """
 
     kind: Kind

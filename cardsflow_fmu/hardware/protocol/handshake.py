@@ -50,7 +50,6 @@ class Handshake:
         scale: Scale of the values in frames. A value in a frame is the SI value divided by it.
         watchdog: Time without a command after which the device enters its safe state, in [s].
         commands: Number of values of a set point.
-        states: Number of values of a state.
         lockstep: Whether the device advances by one step for each set point. Otherwise the robot
             moves in real time.
     """

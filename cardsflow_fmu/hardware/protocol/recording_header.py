@@ -37,7 +37,6 @@ class RecordingHeader:
         step: Time step of the run, in [s].
         scale: Scale of the values in frames.
         lockstep: Whether the run was in lockstep.
-        link: Address of the link.
         start_state: State before the first exchange; empty if it is unknown.
         created: Time of creation, as ISO 8601.
         versions: Versions of CARDSFlow, Python and numpy.

@@ -16,6 +16,8 @@ from sim_dart.muscles.paths import MusclePaths
 def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]:
     """Return links, joints, muscles and task frames of a robot as plain data in SI units.
 
+    Unlimited values are infinite.
+
     Args:
         path: Robot file or its folder.
         cable_set: Name of the cable set (default: as in the robot file).
@@ -35,13 +37,13 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
             {
                 "name": c.name,
                 "unit": c.unit,
-                "lower": _limit(c.lower),
-                "upper": _limit(c.upper),
+                "lower": c.lower,
+                "upper": c.upper,
                 "initial": c.initial,
                 "damping": c.damping,
                 "actuated": c.actuated,
-                "tau_min": _limit(c.tau_min),
-                "tau_max": _limit(c.tau_max),
+                "tau_min": c.tau_min,
+                "tau_max": c.tau_max,
                 "stiffness": c.stiffness,
                 "rest": c.rest,
                 "friction": c.friction,
@@ -60,7 +62,7 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
                 "command": _command(muscle),
                 "states": [f"{state.name} [{state.unit}]" for state in states_of(muscle.model)],
                 "f_min": muscle.f_min,
-                "f_max": _limit(muscle.f_max),
+                "f_max": muscle.f_max,
                 "length": length,
             }
             for muscle, length in zip(robot.muscles, lengths, strict=True)
@@ -122,7 +124,7 @@ def robot_title(info: dict[str, Any]) -> str:
 
 
 def robot_tables(info: dict[str, Any]) -> list[tuple[list[str], list[list[Any]]]]:
-    """Return the tables of a robot, each with titles and rows; unlimited values are infinite."""
+    """Return the tables of a robot, each with titles and rows."""
     return [
         (
             ["joint", "type", "parent", "child"],
@@ -131,7 +133,7 @@ def robot_tables(info: dict[str, Any]) -> list[tuple[list[str], list[list[Any]]]
         (
             ["coordinate", "unit", "lower", "upper", "initial"],
             [
-                [c["name"], c["unit"], *_range(c["lower"], c["upper"]), c["initial"]]
+                [c["name"], c["unit"], c["lower"], c["upper"], c["initial"]]
                 for c in info["coordinates"]
             ],
         ),
@@ -140,7 +142,8 @@ def robot_tables(info: dict[str, Any]) -> list[tuple[list[str], list[list[Any]]]
             [
                 [
                     c["name"],
-                    *_range(c["tau_min"], c["tau_max"]),
+                    c["tau_min"],
+                    c["tau_max"],
                     "N·m" if c["unit"] == "rad" else "N",
                 ]
                 for c in info["coordinates"]
@@ -152,7 +155,7 @@ def robot_tables(info: dict[str, Any]) -> list[tuple[list[str], list[list[Any]]]
             [
                 [
                     *(m["name"], m["model"], m["command"] or "none"),
-                    *_range(m["f_min"], m["f_max"]),
+                    *(m["f_min"], m["f_max"]),
                     "" if m["length"] is None else m["length"],
                     " - ".join(m["links"]),
                 ]
@@ -214,16 +217,6 @@ def _command(muscle: Muscle) -> str | None:
     """Return the command of a muscle with its unit; None for a passive muscle."""
     command = law_of(muscle.model).command
     return None if command is None else f"{command.name} [{command.unit}]"
-
-
-def _limit(value: float) -> float | None:
-    """Return a limit for JSON; None for infinity."""
-    return value if math.isfinite(value) else None
-
-
-def _range(low: float | None, high: float | None) -> tuple[float, float]:
-    """Return a range, infinite where it is unlimited."""
-    return -math.inf if low is None else low, math.inf if high is None else high
 
 
 def _text(value: str | float) -> str:

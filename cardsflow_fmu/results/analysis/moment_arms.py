@@ -19,7 +19,6 @@ from .first_motion import robot_size
 SIGN_CHANGE = "moment-arm-changes-sign"
 
 _SAMPLES = 16  # positions of a hinge
-_HALVINGS = 20  # of the interval that contains a sign change
 _RELEVANT = 0.3  # moment arm, as fraction of the largest one at the hinge
 _HALF_TURN = math.pi  # range of a hinge within which a straight cable can keep its sign
 _SAME_PLACE = 0.01  # distance of hinges that form a ball joint, as fraction of the robot size
@@ -71,15 +70,10 @@ def _find_change(
     at: Callable[[float], FloatArray], positions: FloatArray, arms: FloatArray, muscle: int
 ) -> float:
     """Return the first position at which the moment arm of a muscle changes its sign."""
+    from scipy.optimize import brentq  # slow to import
+
     first = int(np.flatnonzero(np.diff(arms > 0.0))[0])
-    low, high = float(positions[first]), float(positions[first + 1])
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if (at(middle)[muscle] > 0.0) == (arms[first] > 0.0):
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    return float(brentq(lambda q: at(q)[muscle], *positions[first : first + 2]))
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of a robot with huge lengths

@@ -40,7 +40,6 @@ class CalibrationFiles:
 
     Attributes:
         files: Files of the robot, and the report as text and as JSON.
-        text: Text of the report.
         findings: Findings on the robot, and on losses of the file format.
     """
 

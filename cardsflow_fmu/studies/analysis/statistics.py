@@ -31,7 +31,6 @@ class Collected:
     """Values of all runs of a study.
 
     Attributes:
-        hashes: Hash of each run.
         inputs: Value in each run, by the name of the variation; NaN for values that are not
             numbers.
         metrics: Value in each run, by the name of the metric; NaN for a failed run.

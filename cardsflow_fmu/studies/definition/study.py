@@ -17,12 +17,10 @@ class Study:
     """A study, complete and checked.
 
     Attributes:
-        file: File of the study.
         experiment: An experiment.toml, or its folder.
         settings: Changes of settings for all runs, by full key, including `run.compute` and
             `run.coupling`.
         seed: Seed of all random numbers.
-        variations: Variations of the experiment.
         sampler: Method that combines the variations.
         count: Number of samples; None for `grid` and `list`.
         metrics: Names of the metrics, with `*` expanded.

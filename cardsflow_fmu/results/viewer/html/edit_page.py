@@ -7,8 +7,6 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from addin_sdfusion.muscles.mirror import other_side
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu.results.viewer.scene.act import Act
@@ -50,7 +48,7 @@ def edit_page(robot: Robot, folder: Path, session: Mapping[str, Any]) -> str:
         "axes": list(_axes(robot, stage)),
     }
     texts = {"motion": base64.b64encode(encode([Act(stage, session["name"])])).decode()}
-    texts["edit"] = data_json(_finite(data))
+    texts["edit"] = data_json(data)
     return page_with(
         f"{session['name']} - edit",
         ("page.css", "play_parts/play.css", "edit_parts/edit.css"),
@@ -95,12 +93,3 @@ def _axes(robot: Robot, stage: Stage) -> Iterator[dict[str, Any]]:
                 "position": (T[:3, :3].T @ (point - T[:3, 3])).tolist(),
                 "direction": (T[:3, :3].T @ direction).tolist(),
             }
-
-
-def _finite(data: Any) -> Any:
-    """Return data with None instead of infinite numbers, because JSON has no infinity."""
-    if isinstance(data, Mapping):
-        return {key: _finite(value) for key, value in data.items()}
-    if isinstance(data, list | tuple):
-        return [_finite(value) for value in data]
-    return None if isinstance(data, float) and not np.isfinite(data) else data

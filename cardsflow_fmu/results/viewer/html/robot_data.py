@@ -54,7 +54,7 @@ def _muscles(robot: Robot) -> list[dict[str, Any]]:
         {
             "name": muscle.name,
             "f_min": muscle.f_min,
-            "f_max": _finite(muscle.f_max),
+            "f_max": muscle.f_max,
             **dict(zip(("length", "tension", "force", "command"), names, strict=True)),
         }
         for muscle, *names in zip(robot.muscles, *signals, strict=True)
@@ -104,11 +104,6 @@ def _arrows(stage: Stage) -> Iterator[dict[str, Any]]:
 
 def _arrow(name: str, colour: Colour, longest: float, unit: str) -> dict[str, Any]:
     return {"name": name, "colour": list(colour), "longest": longest, "unit": unit}
-
-
-def _finite(value: float) -> float | None:
-    """Return a number, or None if it is infinite, because JSON has no infinity."""
-    return value if np.isfinite(value) else None
 
 
 def links_of_shapes(robot: Robot, stage: Stage) -> Iterator[tuple[str, str]]:

@@ -15,7 +15,6 @@ class Act:
     """Stage with a title and notes.
 
     Attributes:
-        title: Title of the stage.
         notes: Lines below the title.
         signals: Recorded signals at the frames of the stage, shape (K,), by name.
         events: Time, in [s], and text of faults and decisions.
