@@ -1,7 +1,10 @@
 /* Disturbance observer: a load w on the left side of the motion equation, by a first-order filter
 
      w += gain (w_seen - w),   gain = 1 - exp(-bandwidth T),
-     w_seen = -L'f - h - M (qd - qd_last)/T - w_e,   at the last tick; with `midpoint`, L, h and M in the middle between both ticks */
+     w_seen = -L'f - h - M (qd - qd_last)/T - w_e,   at the last tick
+
+   With `midpoint`, L, h and M are those in the middle between both ticks, and gain = bandwidth T, at most 1: for a load
+   that changes at a constant rate, w is then 1/bandwidth older than the load in the middle of the coming tick. */
 #include "observer.h"
 
 /* Compute L, h and M for the load. */

@@ -47,13 +47,14 @@ def test_arm_follows_reference_in_joint_space() -> None:
     assert forces.max() <= 100.0
 
 
-def test_hand_with_wrong_masses_is_as_near_as_with_computed_torque() -> None:
+@pytest.mark.parametrize("scale", [0.8, 1.2])
+def test_hand_with_wrong_masses_is_nearer_than_with_computed_torque(scale: float) -> None:
     """The observer's load is part of the predicted motion."""
-    settings = {"controller.observer": 30.0, "plant.mass_scale": 1.2, "run.duration": 0.4}
+    settings = {"controller.observer": 30.0, "plant.mass_scale": scale, "run.duration": 0.4}
     expected = tracking_error(run("roboy_left_arm", settings), "y", "y_d")
     settings |= {"controller.type": "mpc", "controller.nodes": 5, "controller.horizon": 0.1}
     columns = run("roboy_left_arm", settings)
-    assert tracking_error(columns, "y", "y_d") == pytest.approx(expected, rel=0.005)
+    assert (tracking_error(columns, "y", "y_d") < expected).all()
 
 
 def test_true_masses_need_no_load_of_the_observer() -> None:

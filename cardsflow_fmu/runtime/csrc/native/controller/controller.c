@@ -280,7 +280,8 @@ static int step(struct model *model)
         native_policy_tick(c, robot, period);
         return 0;
     }
-    c->in_loop.gain[0] = 1 - exponential(-c->settings.observer[0] * period);
+    const double share = c->settings.observer[0] * period;
+    c->in_loop.gain[0] = c->predictive ? fmin(share, 1) : 1 - exponential(-share); /* see observer.c */
     if (!are_inputs_finite(c) || core_move_checked(robot->core, c->q, c->qd)) {
         text_set(&model->error, "the state or the reference of the controller is not finite");
         return 1;
