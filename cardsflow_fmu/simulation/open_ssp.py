@@ -68,7 +68,7 @@ class OpenSsp(OpenSystem[SystemResult]):
 
 @contextlib.contextmanager
 def open_ssp(
-    path: Path, settings: Mapping[str, Any], hardware: str, scratch: Path, folder: Path | None
+    path: Path, settings: Mapping[str, Any], hardware: str, scratch: Path, folder: Path
 ) -> Iterator[OpenSsp]:
     """Start and connect the FMUs of an .ssp file.
 
@@ -79,9 +79,9 @@ def open_ssp(
     runs = {k.removeprefix("run."): v for k, v in settings.items() if k.startswith("run.")}
     values = {k: v for k, v in settings.items() if not k.startswith("run.") and k != "variant"}
     variant = settings.get("variant")
-    carried = None if folder is None else system_experiment(path)
-    streamed = [RECORDING_FILE] if folder is not None and variant == HARDWARE else []
-    recording = folder / RECORDING_FILE if folder is not None and streamed else None
+    carried = system_experiment(path)
+    streamed = [RECORDING_FILE] if variant == HARDWARE else []
+    recording = folder / RECORDING_FILE if streamed else None
     with (
         _hardware_address(hardware, recording),
         name_archive_in_errors(path, scratch / "system") as unpacked,

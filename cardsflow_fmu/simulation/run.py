@@ -143,22 +143,6 @@ def simulate(
         return _run(opening, None, realtime, progress, watch)
 
 
-def simulate_system(
-    path: str | Path,
-    settings: Mapping[str, Any] | None = None,
-    *,
-    realtime: bool = False,
-    progress: Progress | None = None,
-) -> SystemResult:
-    """Run an .ssp file and write nothing. Arguments and errors as for `run_system`."""
-    from .open_ssp import open_ssp
-
-    with temporary_folder() as scratch:
-        return _run(
-            open_ssp(Path(path), settings or {}, "", scratch, None), None, realtime, progress
-        )
-
-
 def _with_settings(
     experiment: Experiment,
     compute: Compute | None,

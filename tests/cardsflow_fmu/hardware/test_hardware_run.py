@@ -22,6 +22,7 @@ from support.command_line import CommandLine
 from support.experiments import resource_bytes, write_resources
 from support.process_output import wait_until
 from support.robots.robots import EXAMPLES, PLANAR_2R
+from support.ssp_runs import simulate_system
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
@@ -36,7 +37,7 @@ from cardsflow_fmu.results.files import RECORDING_FILE
 from cardsflow_fmu.results.report.summary_html import summary_tables
 from cardsflow_fmu.runtime.library import this_platform
 from cardsflow_fmu.simulation.build import build, build_fmus
-from cardsflow_fmu.simulation.run import run, simulate, simulate_system
+from cardsflow_fmu.simulation.run import run, simulate
 from cardsflow_fmu.utils.key_file import key_warning, read_key
 
 SHORT = {"run.duration": 0.05}

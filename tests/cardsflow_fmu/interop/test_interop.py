@@ -17,6 +17,7 @@ from support.fmu.bare_environment import BareEnvironment
 from support.fmu.fmu_host import SUPPORT
 from support.robots.robots import EXAMPLES
 from support.run_modes import COMPUTE
+from support.ssp_runs import simulate_system
 
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
@@ -25,7 +26,6 @@ from cardsflow_fmu.cosim.wiring import connect
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.simulation.run import simulate_system
 from cardsflow_fmu.simulation.ssp.reader import read_system, unpack_ssp
 
 pytestmark = pytest.mark.interop

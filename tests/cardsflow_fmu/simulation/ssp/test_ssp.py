@@ -16,12 +16,13 @@ import pytest
 from lxml import etree
 from support.fmu.external_fmus import external_fmu
 from support.robots.robots import PLANAR_2R
+from support.ssp_runs import simulate_system
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, build
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, conversion
-from cardsflow_fmu.simulation.run import simulate, simulate_system
+from cardsflow_fmu.simulation.run import simulate
 from cardsflow_fmu.simulation.ssp.reader import read_system, unpack_ssp
 
 SCHEMAS = Path(fmpy.ssp.__file__).parent / "schema"

@@ -10,11 +10,11 @@ import pytest
 from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
 from support.run_modes import COMPUTE
+from support.ssp_runs import simulate_system
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.results.engines import system_engines
-from cardsflow_fmu.simulation.run import simulate_system
 from cardsflow_fmu.simulation.ssp.info import describe_system, system_info
 
 SHORT = {"run.duration": 0.01}
