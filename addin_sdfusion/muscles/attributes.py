@@ -29,7 +29,7 @@ MUSCLES = "muscles"
 POINTS = "points"
 SETTINGS = "settings"
 UNREAD = "_unread"
-"""Suffix of the attribute with the former text of an attribute that is not a list."""
+"""Suffix of the attribute with the former text of an attribute that cannot be read."""
 
 VERSION = 2
 """Version of the records."""
@@ -133,6 +133,15 @@ def read_muscle(plain: Any, where: str) -> MuscleSnapshot:
 def read_settings(text: str) -> ExportSettings:
     """Return the settings of the export that are stored in the design."""
     return _read(ExportSettings, _json(text, SETTINGS), SETTINGS)
+
+
+def can_read_settings(text: str) -> bool:
+    """Return whether stored settings of the export can be read."""
+    try:
+        read_settings(text)
+    except InputError:
+        return False
+    return True
 
 
 def partial_use(plain: Any) -> PointUse | None:

@@ -140,7 +140,7 @@ def _value(hint: Any, plain: Any, where: str, budget: _Budget) -> Any:
     if is_dataclass(hint):
         return _record(typing.cast(type, hint), plain, where, budget)
     if origin is not None and issubclass(origin, Mapping):
-        return _mapping(arguments[1], plain, where, budget)
+        return _mapping(arguments[1], plain, where)
     return _scalar(hint, plain, where)
 
 
@@ -157,10 +157,10 @@ def _tuple(kinds: tuple[Any, ...], plain: Any, where: str, budget: _Budget) -> t
     )
 
 
-def _mapping(hint: Any, plain: Any, where: str, budget: _Budget) -> dict[str, Any]:
+def _mapping(hint: Any, plain: Any, where: str) -> dict[str, Any]:
     if not isinstance(plain, dict):
         raise InputError(f"must hold an object, not {type(plain).__name__}", key=where)
-    return {key: _value(hint, item, f"{where}.{key}", budget) for key, item in plain.items()}
+    return {key: _scalar(hint, item, f"{where}.{key}") for key, item in plain.items()}
 
 
 def _check_format(form: Form, plain: Any, where: str) -> str:

@@ -15,7 +15,7 @@ from ...exporting.changes import Contents, changes, contents
 from ...exporting.export import Exported, export_robot, requested_findings
 from ...exporting.manifest import read_contents
 from ...exporting.robot_folder import EXPERIMENT
-from ...muscles.attributes import GROUP, SETTINGS, settings_text
+from ...muscles.attributes import GROUP, SETTINGS, UNREAD, can_read_settings, settings_text
 from ...muscles.point_names import natural_key
 from ...progress import Cancelled
 from ...robot.errors import CardsflowError, InputError, RobotError
@@ -87,6 +87,8 @@ class Export(Window):
         attribute = self.design.attributes.itemByName(GROUP, SETTINGS)
         text = settings_text(self.settings)
         if attribute is None or attribute.value != text:
+            if attribute is not None and not can_read_settings(attribute.value):
+                self.design.attributes.add(GROUP, f"{SETTINGS}{UNREAD}", attribute.value)
             self.design.attributes.add(GROUP, SETTINGS, text)
         warnings = [finding.message for finding in self.findings if not finding.is_error]
         if warnings and not ask(f"{_listed(warnings)}\n\nExport anyway?", DIALOG.name):

@@ -213,6 +213,18 @@ def test_single_links_and_joints_have_settings(fusion: Any, tmp_path: Path) -> N
     assert "of_links" not in stored
 
 
+@pytest.mark.parametrize("text", ['{"version": 9, "name": "newer"}', "{"])
+def test_settings_that_cannot_be_read_are_kept(fusion: Any, tmp_path: Path, text: str) -> None:
+    designs.two_link_arm()
+    stored = fusion.design.attributes
+    stored.add("CARDSFlow", "settings", text)
+    command = export_to(fusion, tmp_path / "robot")
+    command.ok()
+    assert command.failed == ""
+    assert stored.itemByName("CARDSFlow", "settings_unread").value == text
+    assert json.loads(stored.itemByName("CARDSFlow", "settings").value)["version"] == 2
+
+
 def test_changes_since_the_last_export_are_shown(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm()
     folder = tmp_path / "robot"

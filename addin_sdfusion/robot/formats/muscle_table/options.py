@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeVar
 
 from ...errors import InputError
@@ -162,11 +161,25 @@ class WrapOptions:
 
 
 @dataclass(frozen=True)
+class PulleyParameter:
+    """Parameter of a pulley; a vector has three values."""
+
+    name: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class PulleyRecord:
     """Swivelling pulley at the first point; attributes of the robot model's `BasePulley`."""
 
     kind: Literal["rotating", "screw"]
-    parameters: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    parameters: tuple[PulleyParameter, ...] = ()
+
+    @staticmethod
+    def of(pulley: BasePulley) -> PulleyRecord:
+        """Return the record of a pulley."""
+        rows = (PulleyParameter(name, values) for name, values in pulley.parameters)
+        return PulleyRecord(pulley.kind, tuple(rows))
 
 
 @dataclass(frozen=True)
@@ -181,12 +194,12 @@ class MuscleOptions:
     @staticmethod
     def of(muscle: Muscle) -> MuscleOptions:
         """Return the options of a muscle."""
-        own = muscle.pulley
-        pulley = None if own is None else PulleyRecord(own.kind, dict(own.parameters))
+        pulley = None if muscle.pulley is None else PulleyRecord.of(muscle.pulley)
         return MuscleOptions(pulley, muscle.terms, muscle.friction, muscle.presliding)
 
     def base_pulley(self) -> BasePulley | None:
         """Return the pulley, or None."""
         if self.pulley is None:
             return None
-        return BasePulley(self.pulley.kind, tuple(self.pulley.parameters.items()))
+        rows = tuple((row.name, row.values) for row in self.pulley.parameters)
+        return BasePulley(self.pulley.kind, rows)
