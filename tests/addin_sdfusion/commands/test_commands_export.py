@@ -217,7 +217,7 @@ def test_single_links_and_joints_have_settings(fusion: Any, tmp_path: Path) -> N
 def test_settings_that_cannot_be_read_are_kept(fusion: Any, tmp_path: Path, text: str) -> None:
     designs.two_link_arm()
     stored = fusion.design.attributes
-    stored.add("CARDSFlow", "settings", text)
+    fusion.design._data.attributes["CARDSFlow", "settings"] = text
     command = export_to(fusion, tmp_path / "robot")
     command.ok()
     assert command.failed == ""
