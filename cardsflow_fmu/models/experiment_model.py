@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies
-from cardsflow_fmu.cosim.signals.groups import Groups, all_ports, group_slices, group_views
+from cardsflow_fmu.cosim.signals.groups import Groups, all_ports, group_slices
 from cardsflow_fmu.cosim.signals.port import Port
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.runtime.model import FmuModel
@@ -32,7 +32,7 @@ class ExperimentModel(FmuModel):
         groups = self.groups(experiment)
         super().__init__(all_ports(groups), values)
         self.places = group_slices(groups)
-        self.views = group_views(groups, self.values)
+        self.views = {name: self.values[place] for name, place in self.places.items()}
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Describe a copy by experiment, values and state, since pointers to C cannot be copied."""

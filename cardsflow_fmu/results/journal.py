@@ -7,8 +7,6 @@ from collections.abc import Collection, Mapping
 from io import FileIO
 from typing import Any, Literal, Self
 
-import numpy as np
-
 from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.files import replace_file
 from addin_sdfusion.robot.json_text import json_text
@@ -150,8 +148,3 @@ class Journal:
             self._file = None
             problem = f"the results cannot be written: {error.strerror}"
             raise SimulationError(problem) from None
-
-
-def no_rows(names: tuple[str, ...]) -> FloatArray:
-    """Return the empty table of a run before its first step."""
-    return np.empty((0, len(names)))

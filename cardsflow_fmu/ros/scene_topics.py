@@ -76,7 +76,7 @@ class SceneTopics:
         self._robot = robot = shown.robot
         self._world = shown.scene
         self._link_meshes = link_meshes(robot, shown.folder, shown.roots)
-        self._stage = Stage(robot, Motion.still(_initial_positions(robot)), self._link_meshes)
+        self._stage = Stage(robot, Motion.initial(robot), self._link_meshes)
         carried = CarriedMeshes.of(robot, shown.folder)
         self.meshes = {
             name: mesh_bytes(file, [carried.folder]) for name, file in carried.files.items()
@@ -141,7 +141,3 @@ class SceneTopics:
             *task_markers(time_ns, tasks, motion.y_d, reach),
         ]
         yield Batch(CABLES, time_ns, {"markers": markers})
-
-
-def _initial_positions(robot: Robot) -> list[float]:
-    return [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]

@@ -20,7 +20,7 @@ from cardsflow_fmu.experiment.settings.run import Compute, ModelCoupling, RunSet
 from cardsflow_fmu.results.estimation import updated_calibration
 from cardsflow_fmu.results.files import MCAP, NPY, Contents, metadata_files
 from cardsflow_fmu.results.folder import OutputFolder
-from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
+from cardsflow_fmu.results.journal import STARTED, Journal
 from cardsflow_fmu.results.summary import Speed
 from cardsflow_fmu.utils.interrupts import ignore_interrupts
 from cardsflow_fmu.utils.temporary import temporary_folder
@@ -185,7 +185,12 @@ def _run(
         with contextlib.nullcontext() if journal is None else journal:
             if journal is not None:
                 empty = Recording(
-                    loop.names, no_rows(loop.names), loop.units, np.arange(0), np.empty(0), STARTED
+                    loop.names,
+                    np.empty((0, len(loop.names))),
+                    loop.units,
+                    np.arange(0),
+                    np.empty(0),
+                    STARTED,
                 )
                 summary = system.summary(empty, Speed(0.0, time.perf_counter() - started))
                 journal.begin(loop.names, loop.units, loop.count, summary)

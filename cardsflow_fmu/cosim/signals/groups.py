@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from cardsflow_fmu.utils.arrays import FloatArray
-
 from .port import Port
 
 Groups = Mapping[str, Sequence[Port]]
@@ -24,8 +22,3 @@ def group_slices(groups: Groups) -> dict[str, slice]:
         places[name] = slice(first, first + len(ports))
         first += len(ports)
     return places
-
-
-def group_views(groups: Groups, values: FloatArray) -> dict[str, FloatArray]:
-    """Return views of the values of each group."""
-    return {name: values[place] for name, place in group_slices(groups).items()}

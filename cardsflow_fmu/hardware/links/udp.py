@@ -118,12 +118,7 @@ def resolve_host(host: str, port: int, uri: str) -> tuple[int, Any]:
         why = getattr(error, "strerror", None) or error
         raise HardwareError(f"unknown host {host!r} in {uri}: {why}") from error
     family, _, _, _, address = addresses[0]
-    number = _without_zone(str(address[0]))
+    number = str(address[0]).partition("%")[0]  # without the zone of IPv6
     if number == _BROADCAST or ipaddress.ip_address(number).is_multicast:
         raise HardwareError(f"{uri} must be the address of one machine, not of a group")
     return family, address
-
-
-def _without_zone(host: str) -> str:
-    """Return an IPv6 address without its zone identifier."""
-    return host.partition("%")[0]

@@ -93,7 +93,8 @@ def first_motion(robot: Robot, scale: float = 1.0, undriven: Mapping[str, str] =
     pose = initial_pose(robot)
     dynamics = control_dynamics(robot, may_be_singular=True)
     reasons = {c.name: NO_RANGE for c in robot.coordinates if not c.lower < c.upper}
-    reasons |= dict.fromkeys(massless_coordinates(robot, _initial_mass(robot, dynamics)), NO_MASS)
+    M = dynamics.mass_matrix([c.initial for c in robot.coordinates])
+    reasons |= dict.fromkeys(massless_coordinates(robot, M), NO_MASS)
     reasons |= undriven
     pose = _closed_start(robot, dynamics, pose)
     for c, is_dependent in zip(robot.coordinates, dynamics.dependent, strict=True):
@@ -326,7 +327,3 @@ def missing_drives(
             sign = "negative" if missing == "down" else "positive"
             reasons[k] = f"no muscle produces {sign} torque at {name}{others}"
     return reasons
-
-
-def _initial_mass(robot: Robot, dynamics: CoreDynamics) -> FloatArray:
-    return dynamics.mass_matrix([c.initial for c in robot.coordinates])

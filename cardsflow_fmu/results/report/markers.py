@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -46,11 +45,6 @@ def read_capture(file: Path) -> dict[str, FloatArray]:
     if "time" not in names:
         raise InputError("has no column 'time'", file=file)
     return dict(zip(names, rows.T, strict=True))
-
-
-def marker_names(markers: Sequence[Marker]) -> list[str]:
-    """Return the column names of marker positions, such as `elbow.x`; 3 M names."""
-    return [f"{one.name}.{axis}" for one in markers for axis in "xyz"]
 
 
 def resample(

@@ -24,7 +24,7 @@ from sim_dart.calibration.markers import Marker
 from sim_dart.calibration.recordings import Recording
 from sim_dart.estimation.estimated_robot import passive_muscles
 
-from .markers import marker_names, read_capture, resample
+from .markers import read_capture, resample
 
 _JITTER = 0.25
 """Tolerance of equal steps, as fraction of a step."""
@@ -93,7 +93,7 @@ def read_readings(
         return readings
     if capture is not None:
         path, columns = capture, read_capture(capture)
-    names = marker_names(markers)
+    names = [f"{marker.name}.{axis}" for marker in markers for axis in "xyz"]
     for name in names:
         if name not in columns:
             raise InputError(f"has no column {name!r} of a marker (position in m)", file=path)

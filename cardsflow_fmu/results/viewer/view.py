@@ -83,10 +83,9 @@ def robot_act(
 
 def still_act(robot: Robot, folder: Path | None = None) -> Act:
     """Return a robot in its initial pose."""
-    start = [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]
     meshes = {} if folder is None else link_meshes(robot, folder)
     hidden = () if folder is None else tuple(omitted_meshes(robot, folder, [folder]))
-    stage = Stage(robot, Motion.still(start), meshes)
+    stage = Stage(robot, Motion.initial(robot), meshes)
     lengths = dict(zip(muscle_signals("l", robot), stage.muscle_lengths.T, strict=True))
     return Act(stage, robot.name, hidden, lengths)
 

@@ -18,7 +18,6 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 from .table import Columns
 
-_WORST = 5
 _MAX_ERRORS = 50
 _GROUPS = 10
 _MIN_POINTS = 8  # points of Saltelli's design for Sobol indices
@@ -87,16 +86,6 @@ def _distribution(values: FloatArray) -> dict[str, float | int]:
         "deviation": float(values.std()),
         **{key: float(np.quantile(values, q)) for key, q in _QUANTILES.items()},
     }
-
-
-def worst_runs(collected: Collected) -> dict[str, list[int]]:
-    """Return the rows of the worst runs by metric, the worst first, for metrics in `rank_runs`."""
-    return {name: rows[:_WORST] for name, rows in rank_runs(collected).items()}
-
-
-def best_runs(collected: Collected) -> dict[str, int]:
-    """Return the row of the best run by metric, for metrics in `rank_runs`."""
-    return {name: rows[-1] for name, rows in rank_runs(collected).items()}
 
 
 def rank_runs(collected: Collected) -> dict[str, list[int]]:

@@ -12,8 +12,10 @@ from cardsflow_fmu.results.summary import versions
 from cardsflow_fmu.studies.definition.rerun_command import rerun_command
 from cardsflow_fmu.studies.definition.study import Study
 
-from .statistics import Collected, best_runs, distributions, sensitivities, worst_runs
+from .statistics import Collected, distributions, rank_runs, sensitivities
 from .table import Rows
+
+_WORST = 5
 
 
 def summary_text(summary: Mapping[str, Any]) -> str:
@@ -23,8 +25,9 @@ def summary_text(summary: Mapping[str, Any]) -> str:
 
 def study_summary(study: Study, collected: Collected, rows: Rows) -> dict[str, Any]:
     """Return the content of summary.json."""
-    worst = {} if study.optimise else worst_runs(collected)  # a search also evaluates bad robots
-    best = {} if study.optimise else best_runs(collected)
+    ranked = {} if study.optimise else rank_runs(collected)  # a search also evaluates bad robots
+    worst = {name: rows_[:_WORST] for name, rows_ in ranked.items()}
+    best = {name: rows_[-1] for name, rows_ in ranked.items()}
     chosen = {row for rows_ in worst.values() for row in rows_} | set(best.values())
     runs = {row: run for row, (run, _) in enumerate(rows()) if row in chosen}
 

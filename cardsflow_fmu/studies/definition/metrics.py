@@ -213,11 +213,6 @@ def _loop_margin(which: str) -> Callable[[Result, Box | None, str | None], float
     return value
 
 
-def _wrench_closure(result: Result, box: Box | None, muscle: str | None) -> float:
-    """Return the fraction of the workspace with wrench closure."""
-    return wrench_closure(result.experiment, box)
-
-
 def wrench_closure(experiment: Experiment, box: Box | None) -> float:
     """Return the fraction of the workspace with wrench closure, from 0 to 1.
 
@@ -289,7 +284,10 @@ METRICS: Mapping[str, Metric] = {
         large_is_good=True,
     ),
     "wrench_closure": Metric(
-        "", "Fraction of the workspace with wrench closure", _wrench_closure, large_is_good=True
+        "",
+        "Fraction of the workspace with wrench closure",
+        lambda result, box, _: wrench_closure(result.experiment, box),
+        large_is_good=True,
     ),
 }
 

@@ -17,10 +17,10 @@ from cardsflow_fmu.studies.analysis.statistics import (
     Collected,
     collect,
     distributions,
+    rank_runs,
     sensitivities,
     sobol_indices,
     variance_share,
-    worst_runs,
 )
 from cardsflow_fmu.studies.analysis.table import columns_of
 from cardsflow_fmu.studies.definition.outcome import Outcome
@@ -113,16 +113,16 @@ def test_shares_of_variance_are_first_order_indices() -> None:
         assert variance_share(b, 3.0 * a + b) == pytest.approx(0.1, abs=0.02)
 
 
-def test_worst_runs_have_large_values_unless_large_is_good() -> None:
+def test_rank_runs_have_large_values_unless_large_is_good() -> None:
     numbers = np.array([3.0, np.nan, 1.0, 2.0])
     data = Collected(["w", "x", "y", "z"], {}, {"force.peak": numbers, "margin.upper": numbers})
-    assert worst_runs(data) == {"force.peak": [0, 3, 2], "margin.upper": [2, 3, 0]}
+    assert rank_runs(data) == {"force.peak": [0, 3, 2], "margin.upper": [2, 3, 0]}
 
 
 def test_infinities_are_null_in_the_summary() -> None:
     numbers = np.array([np.inf, np.inf, 1.0])
     data = Collected(["x", "y", "z"], {}, {"margin.gain": numbers})
-    assert worst_runs(data) == {"margin.gain": [2, 0, 1]}
+    assert rank_runs(data) == {"margin.gain": [2, 0, 1]}
     text = summary_text({"history": [float("nan"), 1.0], "worst": ({"value": float("inf")},)})
     assert json.loads(text) == {"history": [None, 1.0], "worst": [{"value": None}]}
 

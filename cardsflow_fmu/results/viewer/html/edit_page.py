@@ -34,8 +34,7 @@ def edit_page(robot: Robot, folder: Path, session: Mapping[str, Any]) -> str:
         session: What the page edits, as data for JSON: `name`, `document`, `laws`, `files` and
             `digest`; and the `token` for its server, or None for a page without a server.
     """
-    start = [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]
-    stage = Stage(robot, Motion.still(start), link_meshes(robot, folder))
+    stage = Stage(robot, Motion.initial(robot), link_meshes(robot, folder))
     data = {
         **session,
         "links": dict(links_of_shapes(robot, stage)),
@@ -43,7 +42,7 @@ def edit_page(robot: Robot, folder: Path, session: Mapping[str, Any]) -> str:
         "otherSides": dict(_other_sides(robot)),
         "coordinates": [
             {"name": c.name, "unit": c.unit, "lower": c.lower, "upper": c.upper, "value": value}
-            for c, value in zip(robot.coordinates, start, strict=True)
+            for c, value in zip(robot.coordinates, stage.motion.q[0].tolist(), strict=True)
         ],
         "axes": list(_axes(robot, stage)),
     }

@@ -64,6 +64,11 @@ class Motion:
         """Return a single frame at joint positions q, without forces."""
         return Motion(np.zeros(1), np.atleast_2d(np.asarray(q, dtype=np.float64)))
 
+    @staticmethod
+    def initial(robot: Robot) -> Motion:
+        """Return a single frame at the initial pose, within the joint limits."""
+        return Motion.still([min(max(c.initial, c.lower), c.upper) for c in robot.coordinates])
+
 
 def frame_rows(time: FloatArray, rate: float = RATE) -> NDArray[np.int64]:
     """Return the rows of a result for a constant frame rate; the last row is always included.
