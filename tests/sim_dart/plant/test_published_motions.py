@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.robots.muscle_bench import state_rates
 
 from addin_sdfusion.robot import Robot, read_robot
 from sim_dart import MusclePaths, Plant
@@ -54,7 +55,7 @@ def test_moment_arms_forces_and_fibre_speeds(shared: Path, name: str) -> None:
             fibre = pose["off_equilibrium"][index[muscle.name]]["fiber_length"]
             laws.states[state[f"fibre_length.{muscle.name}"]] = fibre
         tensions = laws.drive(qd, commands)
-        rates = laws.update_state_rates(commands)
+        rates = state_rates(core, commands)
         for k, muscle in enumerate(robot.muscles):
             numbers = pose["off_equilibrium"][index[muscle.name]]
             if muscle.wraps or not numbers["fiber_length"]:  # OpenSim did not find an equilibrium

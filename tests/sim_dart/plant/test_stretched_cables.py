@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.robots.muscle_bench import state_rates
 from support.robots.one_link import one_link
 from support.robots.random_robots import random_tree
 from support.robots.wrapped import base_pulley
@@ -239,7 +240,7 @@ def test_drum_has_the_tension_of_the_first_span(way: float) -> None:
     mean = 2e4 * (math.sqrt(1 + 2 * torque * 10 / 0.02 / 2e4) - 1)  # tension without friction
     assert mean / T == pytest.approx(along @ np.append(ratios, 1.0), rel=1e-12)
     pull = T + T**2 / 2 / 2e4
-    slow = laws.update_state_rates([torque])[0]
+    slow = state_rates(paths.core, [torque])[0]
     assert slow * 10.0**2 * 1e-5 == pytest.approx(torque * 10 - 0.02 * pull, rel=1e-9)
 
 

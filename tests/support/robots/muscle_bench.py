@@ -170,6 +170,13 @@ def slider(*models: tuple[str, Mapping[str, float]]) -> Robot:
     )
 
 
+def state_rates(core: Core, commands: ArrayLike) -> FloatArray:
+    """Return the derivatives of the states of muscle laws at the last path velocities."""
+    bad = core.update_law_rates(core.handle, np.asarray(commands, dtype=np.float64).tobytes())
+    assert not bad
+    return core.array("law_rates", -1).copy()
+
+
 class Bench:
     """Muscles of given laws between the world and a slider.
 
@@ -212,10 +219,7 @@ class Bench:
         """Return the derivatives of the states."""
         self.move(length, speed)
         self.laws.set_states(states)
-        u = self._all(command)
-        bad = self._core.update_law_rates(self._core.handle, u.tobytes())
-        assert not bad
-        return self._core.array("law_rates", len(self.laws.state_names)).copy()
+        return state_rates(self._core, self._all(command))
 
     def curve(self, name: str, x: ArrayLike, *, slope: bool = False, muscle: int = 0) -> FloatArray:
         """Return values or slopes of a curve of a Hill-type muscle; NaN without this curve."""
