@@ -16,26 +16,6 @@ static int has_arrays(fmi3Instance instance, const void *references, size_t coun
     return 0;
 }
 
-static fmi3Status get(fmi3Instance instance, const struct access *access,
-                      const fmi3ValueReference references[], size_t count, void *values,
-                      size_t value_count)
-{
-    struct variables variables = {references, count, value_count};
-    if (!has_arrays(instance, references, count, values, value_count))
-        return fmi3Error;
-    return (fmi3Status)get_variables(fmi3_instance(instance), access, variables, values);
-}
-
-static fmi3Status set(fmi3Instance instance, const struct access *access,
-                      const fmi3ValueReference references[], size_t count, const void *values,
-                      size_t value_count)
-{
-    struct variables variables = {references, count, value_count};
-    if (!has_arrays(instance, references, count, values, value_count))
-        return fmi3Error;
-    return (fmi3Status)set_variables(fmi3_instance(instance), access, variables, values);
-}
-
 static fmi3Status no_variables_of_type(fmi3Instance instance, size_t count)
 {
     if (!instance)
@@ -52,14 +32,20 @@ static fmi3Status no_variables_of_type(fmi3Instance instance, size_t count)
         size_t nValueReferences, fmi3##type values[], size_t nValues)                              \
     {                                                                                              \
         static const struct access access = {"get" #type, port_type, representation};             \
-        return get(instance, &access, valueReferences, nValueReferences, values, nValues);         \
+        const struct variables variables = {valueReferences, nValueReferences, nValues};           \
+        if (!has_arrays(instance, valueReferences, nValueReferences, values, nValues))             \
+            return fmi3Error;                                                                      \
+        return (fmi3Status)get_variables(fmi3_instance(instance), &access, variables, values);     \
     }                                                                                              \
     FMI3_Export fmi3Status fmi3Set##type(                                                          \
         fmi3Instance instance, const fmi3ValueReference valueReferences[],                         \
         size_t nValueReferences, const fmi3##type values[], size_t nValues)                        \
     {                                                                                              \
         static const struct access access = {"set" #type, port_type, representation};             \
-        return set(instance, &access, valueReferences, nValueReferences, values, nValues);         \
+        const struct variables variables = {valueReferences, nValueReferences, nValues};           \
+        if (!has_arrays(instance, valueReferences, nValueReferences, values, nValues))             \
+            return fmi3Error;                                                                      \
+        return (fmi3Status)set_variables(fmi3_instance(instance), &access, variables, values);     \
     }
 
 PRESENT(Float64, PORT_REAL, AS_DOUBLE)

@@ -49,22 +49,7 @@ class EngineClient {
     });
   }
 
-  play() { return this.call("play"); }
-  pause() { return this.call("pause"); }
-  stepOnce(count = 1) { return this.call("stepOnce", count); }
-  reset() { return this.call("reset"); }
-  setSpeed(speed) { return this.call("setSpeed", speed); }
-  goTo(step) { return this.call("goTo", step); }
-  setMode(mode) { return this.call("setMode", mode); }
-  setJoints(values) { return this.call("setTarget", values); }
-  setTask(values) { return this.call("setTarget", values); }
-  setMuscles(values, torques) { return this.call("setMuscles", values, torques); }
-  setPose(q) { return this.call("setPose", q); }
   pull(link, point, target, stiffness = 100) { return this.call("pull", link, point, { target, stiffness }); }
-  release() { return this.call("release"); }
-  getState() { return this.call("getState"); }
-  setState(state) { return this.call("setState", state); }
-  run(count) { return this.call("run", count); }
 
   // Changes a number of the running simulation, by the key of `cardsflow run --set`; null: as in the experiment.
   async set(key, value) {
@@ -88,3 +73,8 @@ class EngineClient {
 
   close() { this.worker.terminate(); }
 }
+
+// Calls of the worker with the same names and values; see worker.js.
+for (const name of ["play", "pause", "stepOnce", "reset", "setSpeed", "goTo", "setMode", "setTarget", "setMuscles", "setPose",
+  "release", "getState", "setState", "run"])
+  EngineClient.prototype[name] = function (...values) { return this.call(name, ...values); };

@@ -305,7 +305,7 @@ class Engine {
   status() {
     const report = this.controller ? this.controller.group("report") : [0, 0, 0, 0];
     const infeasible = report[2] !== 0, shortfall = infeasible ? this.analysis.shortfall() : null;
-    return { atBound: report[0], infeasible, notConverged: report[3] !== 0, shortfall };
+    return { infeasible, notConverged: report[3] !== 0, shortfall };
   }
 
   frame() {

@@ -48,7 +48,7 @@ const CALLS = {
     isPlaying = false;
     clearTimeout(timer);
   },
-  stepOnce(count) { CALLS.pause(); engine.run(count); },
+  stepOnce(count = 1) { CALLS.pause(); engine.run(count); },
   reset() { engine.reset(); },
   setSpeed(value) { speed = Math.min(10, Math.max(0.1, value)); },
   goTo(step) { CALLS.pause(); engine.goTo(step); },

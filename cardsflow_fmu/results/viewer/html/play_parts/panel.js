@@ -79,7 +79,7 @@ class PlayPanel {
     const { client } = this, { coordinates, tasks, muscles, motors } = this.setup;
     const values = this.values = Array.from(this.targetOf(frame) || frame.commands), torques = Array.from(frame.motors);
     const send = {
-      joints: () => client.setJoints(values), task: () => client.setTask(values),
+      joints: () => client.setTarget(values), task: () => client.setTarget(values),
       muscles: () => client.setMuscles(values, torques), pose: () => client.setPose(values),
     }[frame.mode];
     const add = ({ name, unit }, low, high, i, list = values) =>

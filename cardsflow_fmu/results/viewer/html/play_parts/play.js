@@ -90,7 +90,7 @@ class Play {
   moveTarget(place) {
     const goal = Array.from(this.client.frame.target);
     this.axes().forEach((k, i) => { if (k >= 0) goal[k] = place[i]; });
-    this.panel.do(this.client.setTask(goal));
+    this.panel.do(this.client.setTarget(goal));
   }
 
   // Shows the newtons of the spring next to the pulled point.
