@@ -69,19 +69,32 @@ class Actions:
         return self._names, low, high, rest
 
     def commands(self, actions: NDArray[np.floating]) -> tuple[FloatArray, FloatArray | None]:
-        """Return the commands, shape (n, m), and the torques of motors, shape (n, motors)."""
+        """Return the commands, shape (n, m), and the torques of motors, shape (n, motors).
+
+        Raises:
+            InputError: An action is not finite, or the shape is wrong.
+        """
+        values, shape = np.asarray(actions), (len(self._commands), self.size)
+        if values.shape != shape:
+            raise InputError(f"actions must have shape {shape}, not {values.shape}")
+        if values.dtype.kind not in "fiu" or not np.isfinite(values).all():
+            raise InputError(f"actions must be finite numbers, not {values!r}")
         count = len(self._low)
-        muscles = np.clip(actions[:, :count], -1.0, 1.0)
+        clipped = np.clip(values, -1.0, 1.0, dtype=np.float64, casting="same_kind")
+        muscles, motors = clipped[:, :count], clipped[:, count:]
         if self.is_sigmoid:
             self._commands[:, self._columns] = 1.0 / (1.0 + np.exp(-5.0 * (muscles - 0.5)))
         else:
-            share = 0.5 * (1.0 + muscles)
-            self._commands[:, self._columns] = self._low + share * (self._high - self._low)
-        if not len(self._tau):
-            return self._commands, None
-        share = 0.5 * (1.0 + np.clip(actions[:, count:], -1.0, 1.0))
-        low, high = self._tau.T
-        return self._commands, low + share * (high - low)
+            self._commands[:, self._columns] = _scaled(muscles, self._low, self._high)
+        return self._commands, _scaled(motors, *self._tau.T) if len(self._tau) else None
+
+
+def _scaled(share: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Replace numbers from -1 to 1 by numbers from `low` to `high`, and return them."""
+    share += 1.0
+    share *= 0.5 * (high - low)
+    share += low
+    return share
 
 
 def _command_ranges(robot: Robot, batch: Batch) -> tuple[FloatArray, FloatArray]:

@@ -81,7 +81,7 @@ class CardsflowEnv(gymnasium.Env[Observations, NDArray[np.float32]]):
         self._frames.append(self._state())
         info = {name: values[0].item() for name, values in result.terms.items()}
         ends = bool(result.terminated[0]), bool(result.truncated[0])
-        return self.episodes.observations()[0], float(result.rewards[0]), *ends, info
+        return result.observations[0], float(result.rewards[0]), *ends, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return an image of the robot, shape (height, width, 3)."""

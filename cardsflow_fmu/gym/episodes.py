@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from addin_sdfusion.robot import InputError, Robot, SimulationError
+from addin_sdfusion.robot import Robot, SimulationError
 from cardsflow_fmu.utils.arrays import BoolArray, FloatArray
 from sim_dart import Batch
 from sim_dart.batch.arguments import integer
@@ -51,6 +51,7 @@ class Setup:
 class Transition(NamedTuple):
     """Result of a step of all instances, arrays with n rows."""
 
+    observations: Observations
     rewards: FloatArray
     terminated: BoolArray
     truncated: BoolArray
@@ -76,7 +77,8 @@ class Episodes:
     ) -> None:
         if max_episode_steps is not None:
             integer("max_episode_steps", max_episode_steps, 1)
-        self.setup, self.task, self._max = setup, setup.task, max_episode_steps
+        self.setup, self.task = setup, setup.task
+        self._max = np.inf if max_episode_steps is None else max_episode_steps
         options = {"integrator": setup.integrator, "substeps": setup.substeps}
         self.batch = Batch(
             setup.robot, n, setup.step, **options, variants=setup.variants, threads=threads
@@ -85,6 +87,8 @@ class Episodes:
         self._draws, self._is_seeded = Draws(n), False
         first = self.task.start(lambda count: np.zeros((n, count)))
         self.targets: FloatArray = np.array(first.target)
+        self._features = self.task.features(self.batch)
+        self._effort = max(len(self.task.activation_columns(self.batch)), 1)
         self._q = np.broadcast_to(first.q, self.batch.q.shape).copy()
 
     def seed(self, seeds: Sequence[int | None], chosen: BoolArray | None = None) -> None:
@@ -110,37 +114,38 @@ class Episodes:
 
     def observations(self) -> Observations:
         """Return the observations of all instances, shape (n, k)."""
-        rows = self.task.observation(self.batch, self.targets)
-        if self.batch.diverged.any():
-            rows[self.batch.diverged] = 0.0
-        return rows
+        return self.batch.features(self._features, self.targets)[0]
 
-    def step(self, actions: NDArray[np.floating]) -> Transition:
+    def evaluate(self) -> tuple[Observations, FloatArray, Terms]:
+        """Return the observations, rewards and terms of the current states."""
+        observations, (distance, effort) = self.batch.features(self._features, self.targets)
+        ticks = self.batch.ticks
+        return observations, *self.task.rewards(distance, effort / self._effort, ticks)
+
+    def step(self, actions: NDArray[np.floating], ended: BoolArray | None = None) -> Transition:
         """Advance all instances by one step.
 
         Args:
             actions: Actions from -1 to 1, shape (n, k). Values beyond are clipped.
+            ended: Flags of instances that start a new episode instead, shape (n,) (default: none).
 
         Raises:
             InputError: An action is not finite, or the shape is wrong.
         """
-        values = np.asarray(actions)
-        if values.shape != (self.batch.n, self.actions.size):
-            raise InputError(
-                f"actions must have shape {(self.batch.n, self.actions.size)}, not {values.shape}"
-            )
-        if values.dtype.kind not in "fiu" or not np.isfinite(values).all():
-            raise InputError(f"actions must be finite numbers, not {values!r}")
+        inputs, moving = self.actions.commands(actions), None
+        if ended is not None and ended.any():
+            self.reset(ended)
+            moving = ~ended
         with suppress(SimulationError):  # `diverged` specifies the instances
-            self.batch.step(*self.actions.commands(values))
-        rewards, terms = self.task.rewards(self.batch, self.targets)
-        terminated = np.asarray(terms["done"], dtype=np.bool_)
-        bad = self.batch.diverged
+            self.batch.step(*inputs, moving)
+        if self.task.reference is not None:
+            np.take(self.task.reference, self.batch.ticks, 0, out=self.targets, mode="clip")
+        observations, rewards, terms = self.evaluate()
+        terminated, bad = terms["done"], self.batch.diverged
         if bad.any():
             rewards[bad] = -self.task.weights["penalty"]
             terminated = terminated | bad
             terms["diverged"] = bad
-        truncated = np.zeros(self.batch.n, dtype=np.bool_)
-        if self._max is not None:
-            truncated = self.batch.ticks >= self._max
-        return Transition(rewards, terminated, truncated, terms)
+        if moving is not None:
+            rewards[ended], terminated = 0.0, terminated & moving
+        return Transition(observations, rewards, terminated, self.batch.ticks >= self._max, terms)

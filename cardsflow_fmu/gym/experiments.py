@@ -130,7 +130,7 @@ def _tracking(experiment: Experiment, step: float, steps: int) -> dict[str, Any]
     return {
         "start": start,
         "reference": np.array([point.q for point in points]),
-        "rates": np.array([point.qd for point in points]),
+        "moves": step * np.array([point.qd for point in points]),
         "space": space,
         "threshold": _NEAR[space],
         "far": _FAR[space],

@@ -52,7 +52,7 @@ def export_policy(
     """
     episodes = env.unwrapped.episodes
     task, actions, batch = episodes.task, episodes.actions, episodes.batch
-    if not task.parts:
+    if task.columns is not None:
         raise InputError(
             "the observations of this task are not those of a controller; choose targets for all "
             "coordinates, or for all points of the operational space"
@@ -60,7 +60,7 @@ def export_policy(
     size = episodes.observations().shape[1]
     pairs = layer_pairs(layers)
     has_activations = bool(task.activation_columns(batch))
-    parts = ("q", "qd", *task.parts, *(("activations",) if has_activations else ()))
+    parts = ("q", "qd", *task.layout, *(("activations",) if has_activations else ()))
     names, low, high, rest = actions.ranges()
     functions = [activation] * (len(pairs) - 1) + [last]
     policy = make_policy(

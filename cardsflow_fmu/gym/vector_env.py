@@ -96,15 +96,11 @@ class CardsflowVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[An
         if self._mode is AutoresetMode.DISABLED and before.any():
             which = np.flatnonzero(before)
             raise InputError(f"episodes {which} have ended; reset them with options reset_mask")
-        rewards, terminated, truncated, terms = self.episodes.step(actions)
+        result = self.episodes.step(actions, before)
+        observations, rewards, terminated, truncated, terms = result
         runs = ~before
         infos: dict[str, Any] = {**terms, **dict.fromkeys((f"_{name}" for name in terms), runs)}
-        if self._mode is AutoresetMode.NEXT_STEP and before.any():
-            self.episodes.reset(before)
-            rewards[before] = 0.0
-            terminated, truncated = terminated & runs, truncated & runs
         self._ended = terminated | truncated
-        observations = self.episodes.observations()
         if self._mode is AutoresetMode.SAME_STEP and self._ended.any():
             ended = self._ended
             infos |= dict.fromkeys((f"_{name}" for name in terms), ~ended)

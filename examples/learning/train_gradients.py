@@ -66,7 +66,7 @@ class Motions:
 
         The loss is minus the discounted smooth rewards, then the value of the last state.
         """
-        task, targets = self._episodes.task, torch.from_numpy(self._episodes.targets).float()
+        targets = torch.from_numpy(self._episodes.targets).float()
         state, rows = self._step.start(torch.float32), []
         points = [self._step.position(state)]
         x = self._observe(state, points[0], targets)
@@ -75,7 +75,7 @@ class Motions:
             share = 0.5 * (1.0 + actions.clamp(-1.0, 1.0))
             state = self._step(state, self._low + share * (self._high - self._low))
             points.append(self._step.position(state))
-            rewards, terms = task.rewards(self._batch, self._episodes.targets)
+            _, rewards, terms = self._episodes.evaluate()
             rows.append((x, actions, torch.Tensor(SCALE * rewards), torch.Tensor(terms["done"])))
             x = self._observe(state, points[-1], targets)
         found, actions, rewards, ends = (torch.stack(c) for c in zip(*rows, strict=True))

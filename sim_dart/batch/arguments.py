@@ -23,7 +23,7 @@ def integer(label: str, value: object, smallest: int) -> int:
 
 
 def rows(label: str, values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-    """Return finite values of all instances as a contiguous array.
+    """Return finite values of all instances; read-only if they are those of one row.
 
     Args:
         label: Name of the values, for messages.
@@ -44,7 +44,7 @@ def rows(label: str, values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         i, k = np.argwhere(~np.broadcast_to(is_finite, shape))[0].tolist()
         value = array[..., k].flat[i]
         raise InputError(f"{label} must be finite, not {value} (instance {i}, column {k})")
-    return np.ascontiguousarray(array) if array.shape == shape else np.full(shape, array)
+    return array if array.shape == shape else np.broadcast_to(array, shape)
 
 
 def chosen_instances(chosen: ArrayLike | None, n: int) -> BoolArray:
@@ -58,7 +58,7 @@ def chosen_instances(chosen: ArrayLike | None, n: int) -> BoolArray:
         raise InputError(
             f"chosen must be {n} flags, not an array of {mask.dtype} with shape {mask.shape}"
         )
-    return mask
+    return np.ascontiguousarray(mask)
 
 
 def indices(label: str, values: ArrayLike, n: int, size: int) -> IntArray:

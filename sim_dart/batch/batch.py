@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import CardsflowError, InputError, Robot, SimulationError
 from sim_dart.core.arrays import BoolArray, FloatArray
@@ -15,6 +15,7 @@ from sim_dart.plant.settings import Rule, check_step, require_rk4_support
 
 from .arguments import chosen_instances, indices, integer, rows
 from .binding import BIAS, MASS_MATRIX, TASK_JACOBIAN, TENSIONS, batch_library
+from .features import NORMS, Feature
 from .instances import Instances
 from .threads import Threads
 
@@ -133,28 +134,38 @@ class Batch:
         """Task coordinates y, shape (n, k), in [m] or [rad]."""
         return self._task_values[:, self._task_rows]
 
-    def step(self, commands: ArrayLike, torques: ArrayLike | None = None) -> None:
-        """Advance all instances by one step with constant commands.
+    def step(
+        self,
+        commands: ArrayLike,
+        torques: ArrayLike | None = None,
+        chosen: ArrayLike | None = None,
+    ) -> None:
+        """Advance instances by one step with constant commands.
 
         Args:
             commands: Muscle commands, shape (n, m) or (m,), as for `Plant.step`.
             torques: Motor torques of the actuated coordinates, shape (n, k) or (k,), in [N·m] or
                 [N] (default: 0).
+            chosen: Flags of the instances that move, shape (n,) (default: all).
 
         Raises:
             InputError: A value is not finite or the shape is wrong; no instance moves.
             SimulationError: Instances diverged; see `diverged`. The others have moved.
         """
-        self._set_inputs(commands, torques)
+        mask = None if chosen is None else chosen_instances(chosen, self.n)
+        self._set_inputs(commands, torques, mask)
         before, rule, groups = np.count_nonzero(self._answers), self._rule(), self._groups
 
         def run(thread: int, part: slice) -> None:
             place, answers = self._instances.place(part), self._answers[part].ctypes.data
             group = groups[thread].ctypes.data if groups else None
-            batch_library().core_batch_step(*place, *self._inputs(part), *rule, group, answers)
+            moving = None if mask is None else mask[part].ctypes.data
+            inputs = moving, *self._inputs(part)
+            batch_library().core_batch_step(*place, *inputs, *rule, group, answers)
 
         self._threads.share(run, self.n, is_small=self.n * self._substeps < _MIN_SHARED)
-        self.ticks += self._answers == 0
+        moved = self._answers == 0
+        self.ticks += moved if mask is None else moved & mask
         if np.count_nonzero(self._answers) > before:
             raise SimulationError(self._divergence())
 
@@ -204,7 +215,7 @@ class Batch:
         dofs, shape = self.q.shape[1], (self.n, 2 * self.q.shape[1] + self.states.shape[1])
         values = rows("x", x, shape)
         every = np.ones(self.n, dtype=np.bool_)
-        self._set_start(every, values[:, :dofs].copy(), values[:, dofs : 2 * dofs].copy(), None)
+        self._set_start(every, values[:, :dofs], values[:, dofs : 2 * dofs], None)
         self.states[:] = values[:, 2 * dofs :]
 
     def get_state(self) -> FloatArray:
@@ -230,6 +241,34 @@ class Batch:
     def tensions(self) -> FloatArray:
         """Compute and return the tensions with the last commands, shape (n, m), as a view."""
         return self._term(TENSIONS, "tensions", self.commands.shape[1])
+
+    def columns(self, name: str) -> list[int]:
+        """Return the columns of `q`, `qd`, `states` or `task_position` for features."""
+        if name == "task_position":
+            columns = self._instances.columns("task_values")
+            return [columns[k] for k in self._task_rows]
+        return [*self._instances.columns("law_states" if name == "states" else name)]
+
+    def features(
+        self, table: Feature, targets: FloatArray
+    ) -> tuple[NDArray[np.float32], FloatArray]:
+        """Return features of all instances, such as observations, and norms of some of them.
+
+        Args:
+            table: The features, from `sim_dart.batch.features`.
+            targets: Targets of the instances, shape (n, k), contiguous.
+
+        Returns:
+            The features, shape (n, len(table)), which are 0 for instances that diverged; and the
+            2-norms, shape (2, n).
+        """
+        values, norms = np.empty((self.n, len(table)), np.float32), np.empty((NORMS, self.n))
+        batch_library().core_batch_features(
+            *(*self._instances.place(slice(0, self.n)), len(table), table.ctypes.data),
+            *(targets.shape[1], targets.ctypes.data, self._answers.ctypes.data),
+            *(values.ctypes.data, norms.ctypes.data),
+        )
+        return values, norms
 
     def derivatives(self, commands: ArrayLike, torques: ArrayLike | None = None) -> Derivatives:
         """Return the exact derivatives of the next step, without a step.
@@ -283,12 +322,14 @@ class Batch:
         torques = self._torques[part].ctypes.data if self._has_torques else None
         return self.commands[part].ctypes.data, torques
 
-    def _set_inputs(self, commands: ArrayLike, torques: ArrayLike | None) -> None:
+    def _set_inputs(
+        self, commands: ArrayLike, torques: ArrayLike | None, chosen: BoolArray | None = None
+    ) -> None:
         u = rows("commands", commands, self.commands.shape)
         tau = None
         if torques is not None:
             tau = rows("torques", torques, (self.n, len(self._actuated)))
-        self.commands[:] = u
+        np.copyto(self.commands, u, where=True if chosen is None else chosen[:, None])
         self._has_torques = tau is not None
         if tau is not None:
             self._torques[:, self._actuated] = tau
@@ -296,9 +337,11 @@ class Batch:
     def _set_start(
         self, mask: BoolArray, q: FloatArray, qd: FloatArray, commands: FloatArray | None
     ) -> None:
-        chosen, place = mask.astype(np.int32), self._instances.place(slice(0, self.n))
-        u = None if commands is None else commands.ctypes.data
-        arrays = chosen.ctypes.data, q.ctypes.data, qd.ctypes.data, u
+        place, u = self._instances.place(slice(0, self.n)), None
+        if commands is not None:
+            u = commands.ctypes.data
+        at, rates = np.ascontiguousarray(q), np.ascontiguousarray(qd)
+        arrays = mask.ctypes.data, at.ctypes.data, rates.ctypes.data, u
         batch_library().core_batch_reset(*place, *arrays, self._answers.ctypes.data)
         bad = np.flatnonzero(mask & (self._answers != 0))
         if not len(bad):

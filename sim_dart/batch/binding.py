@@ -21,7 +21,7 @@ def batch_library() -> Any:
     instances: list[Any] = [pointer, size, count]
     core.core_batch_group_size.argtypes, core.core_batch_group_size.restype = [pointer], size
     rule: list[Any] = [real, count, count]
-    core.core_batch_step.argtypes = [*instances, pointer, pointer, *rule, pointer, pointer]
+    core.core_batch_step.argtypes = [*instances, *3 * [pointer], *rule, pointer, pointer]
     core.core_batch_reset.argtypes = [*instances, pointer, pointer, pointer, pointer, pointer]
     core.core_batch_terms.argtypes = [*instances, count, pointer]
     core.core_batch_derivatives_size.argtypes = [pointer]
@@ -30,6 +30,9 @@ def batch_library() -> Any:
     core.core_batch_derivatives.argtypes = [
         *(*instances, pointer, pointer, pointer, real, count, count, *inputs, pointer, pointer)
     ]
-    for name in ("step", "reset", "terms", "derivatives"):
+    core.core_batch_features.argtypes = [
+        *(*instances, count, pointer, count, pointer, pointer, pointer, pointer)
+    ]
+    for name in ("step", "reset", "terms", "features", "derivatives"):
         getattr(core, f"core_batch_{name}").restype = None
     return core

@@ -48,6 +48,7 @@ class Instances:
         block = np.zeros(n * width + _LINE)
         shift = -block.ctypes.data // 8 % _LINE
         self.memory: FloatArray = block[shift : shift + n * width].reshape(n, width)
+        self._start, self._stride = int(self.memory.ctypes.data), int(self.memory.strides[0])
         self.variant: IntArray = np.zeros(n, dtype=np.int32)
         for i in range(n):
             self.open(i, i % len(variants))
@@ -61,7 +62,7 @@ class Instances:
 
     def address(self, i: int) -> int:
         """Return the address of the handle of an instance."""
-        return int(self.memory.ctypes.data) + i * self.stride
+        return self._start + i * self._stride
 
     def group_memory(self, count: int) -> list[FloatArray]:
         """Return memory for threads to step several instances at once; empty if unsupported."""
@@ -72,22 +73,22 @@ class Instances:
 
     def place(self, part: slice) -> tuple[int, int, int]:
         """Return address, distance and number of the handles of a part."""
-        return self.address(part.start), self.stride, part.stop - part.start
+        return self.address(part.start), self._stride, part.stop - part.start
 
-    @property
-    def stride(self) -> int:
-        """Distance of two handles, in bytes."""
-        return int(self.memory.strides[0])
+    def columns(self, name: str) -> range:
+        """Return the columns of a result array in the working memory."""
+        core, length = self.cores[0], ctypes.c_size_t()
+        pointer = library().core_array(core.handle, name.encode(), ctypes.byref(length))
+        at = (ctypes.cast(pointer, ctypes.c_void_p).value or 0) - core.memory.ctypes.data
+        first = at // core.memory.itemsize if length.value else 0
+        return range(first, first + length.value)
 
     def view(self, name: str, *shape: int) -> FloatArray:
         """Return a result array of all instances, shape (n, *shape), as a view."""
-        core, length = self.cores[0], ctypes.c_size_t()
-        pointer = library().core_array(core.handle, name.encode(), ctypes.byref(length))
-        if not length.value:
+        columns = self.columns(name)
+        if not columns:
             return np.empty((len(self.memory), *shape))
-        at = (ctypes.cast(pointer, ctypes.c_void_p).value or 0) - core.memory.ctypes.data
-        first = at // core.memory.itemsize
-        part = self.memory[:, first : first + length.value]
+        part = self.memory[:, columns.start : columns.stop]
         return part.reshape(len(part), *shape)  # splits the last axis, which needs no copy
 
     def resting_commands(self, variant: int, q: FloatArray, tensions: FloatArray) -> FloatArray:

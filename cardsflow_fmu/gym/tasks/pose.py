@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from cardsflow_fmu.utils.arrays import FloatArray
-from sim_dart import Batch
 
-from .task import Draw, Start, Task, norms
+from .task import Draw, Start, Task
 
 StartPose = Literal["initial", "random"]
 
@@ -35,7 +34,7 @@ class PoseTask(Task):
         UnknownNameError: A coordinate or a reward term does not exist.
     """
 
-    term = "pose"
+    term, layout = "pose", ("error",)
     default_weights: ClassVar = {"pose": 1.0, "bonus": 4.0, "act_reg": 1.0, "penalty": 50.0}
 
     def __init__(
@@ -58,9 +57,7 @@ class PoseTask(Task):
                 raise UnknownNameError("coordinate", name, names)
         self._low, self._high = bounds("targets", targets)
         columns = [names.index(name) for name in targets]
-        self._columns: list[int] | slice = columns
-        if columns == list(range(len(names))):
-            self.parts, self._columns = ("error",), slice(None)
+        self.columns = None if columns == list(range(len(names))) else columns
         self.near, self.far = positive("threshold", threshold), positive("far", far)
         self.beyond = 1.5 * self.near
         self._initial = np.array([c.initial for c in robot.coordinates])
@@ -71,14 +68,6 @@ class PoseTask(Task):
         """Draw the targets, then the start poses."""
         targets = between(draw, self._low, self._high)
         return Start(between(draw, *self._limits) if self._is_random else self._initial, targets)
-
-    def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
-        """Return the distances of the joints to the target."""
-        return [targets - batch.q[:, self._columns]]
-
-    def distance(self, batch: Batch, targets: FloatArray) -> FloatArray:
-        """Return the distances in joint space."""
-        return norms(targets - batch.q[:, self._columns])
 
 
 def between(draw: Draw, low: FloatArray, high: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
 
 from .pose import between, bounds, limits, positive
-from .task import Draw, Start, Task, norms
+from .task import Draw, Start, Task
 
 Sampling = Literal["box", "workspace"]
 
@@ -43,7 +43,7 @@ class ReachTask(Task):
         UnknownNameError: A task frame or a reward term does not exist.
     """
 
-    term, first_end = "reach", 3
+    term, first_end, layout = "reach", 3, ("y", "error")
     default_weights: ClassVar = {"reach": 1.0, "bonus": 4.0, "act_reg": 0.0, "penalty": 50.0}
 
     def __init__(
@@ -74,13 +74,12 @@ class ReachTask(Task):
             )
         count = len(names if targets is None else targets)
         self.space = "operational"
-        self._columns: list[int] | slice = columns
-        if columns == list(range(sum(len(f.axes) for f in robot.task_frames))):
-            self.parts, self._columns = ("y", "error"), slice(None)
+        every = list(range(sum(len(frame.axes) for frame in robot.task_frames)))
+        self.columns = None if columns == every else columns
         self.near = count * positive("threshold", threshold)
         self.far, self.beyond = count * positive("far", far), 2.0 * self.near
         self._initial = np.array([c.initial for c in robot.coordinates])
-        self._points = self._reachable(poses or {}) if sampling == "workspace" else None
+        self._points = self._reachable(columns, poses or {}) if sampling == "workspace" else None
 
     def start(self, draw: Draw) -> Start:
         """Draw the targets."""
@@ -89,16 +88,7 @@ class ReachTask(Task):
         chosen = (len(self._points) * draw(1)[:, 0]).astype(int)
         return Start(self._initial, self._points[chosen])
 
-    def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
-        """Return the points and their distances to the targets."""
-        points = batch.task_position[:, self._columns]
-        return [points, targets - points]
-
-    def distance(self, batch: Batch, targets: FloatArray) -> FloatArray:
-        """Return the distances over all points."""
-        return norms(targets - batch.task_position[:, self._columns])
-
-    def _reachable(self, ranges: Mapping[str, ArrayLike]) -> FloatArray:
+    def _reachable(self, columns: list[int], ranges: Mapping[str, ArrayLike]) -> FloatArray:
         """Return positions of the points at random poses, shape (k, 3 points)."""
         rng, (low, high) = np.random.default_rng(0), limits(self.robot, ranges)
         poses = np.stack([rng.uniform(a, b, _POSES) for a, b in zip(low, high, strict=True)], 1)
@@ -106,7 +96,7 @@ class ReachTask(Task):
         rest = np.maximum(batch.command_low, 0.0)
         for k in range(0, _POSES, _CHUNK):
             batch.reset(q=poses[k : k + _CHUNK], commands=rest)
-            positions.append(batch.task_position[:, self._columns])
+            positions.append(batch.task_position[:, columns])
         points = np.concatenate(positions)
         inside = ((points >= self._low) & (points <= self._high)).all(axis=1)
         if not inside.any():

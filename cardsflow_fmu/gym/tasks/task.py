@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
-from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.arrays import FloatArray, IntArray
 from sim_dart import Batch
+from sim_dart.batch.features import Feature, features
 
 Terms = dict[str, NDArray[Any]]
-
-
 Observations = NDArray[np.float32]
 
 Draw = Callable[[int], FloatArray]
@@ -51,16 +50,19 @@ class Task(ABC):
         beyond: Distance below which the bonus begins.
         far: Distance beyond which an episode ends.
         weights: Weights of the reward terms, whose sum is the reward.
-        parts: Parts of `observe` that controllers have, see `cardsflow_fmu.experiment.policy`;
-            empty if policies of this task cannot control experiments.
-        space: Space of the reference that contains the targets.
+        layout: Parts of the observation between velocities and activations, see
+            `cardsflow_fmu.experiment.policy`. The first targets are those of `error`.
+        space: Space of the targets, `joint` or `operational`.
+        columns: Coordinates of this space that have targets; None: all, so that policies can
+            control experiments.
+        reference: Targets of every step of an episode, shape (steps + 1, k); None: constant ones.
     """
 
     term: ClassVar[str]
     default_weights: ClassVar[Mapping[str, float]]
     first_end: ClassVar[int] = 0
     """First step with which an episode can end."""
-    parts: tuple[str, ...] = ()
+    layout: tuple[str, ...]
     near: float
     beyond: float
     far: float
@@ -68,6 +70,8 @@ class Task(ABC):
     def __init__(self, robot: Robot, weights: Mapping[str, float] | None) -> None:
         self.robot = robot
         self.space: Space = "joint"
+        self.columns: list[int] | None = None
+        self.reference: FloatArray | None = None
         self.weights = dict(self.default_weights)
         for name, weight in (weights or {}).items():
             if name not in self.weights:
@@ -75,7 +79,6 @@ class Task(ABC):
             if not np.isfinite(weight):
                 raise InputError(f"the weight of {name!r} must be finite, not {weight}")
             self.weights[name] = float(weight)
-        self._activations: list[int] | None = None
 
     @abstractmethod
     def start(self, draw: Draw) -> Start:
@@ -85,66 +88,52 @@ class Task(ABC):
             draw: Random numbers of the instances.
         """
 
-    @abstractmethod
-    def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
-        """Return the parts of the observation before the activations, each of shape (n, k).
+    def features(self, batch: Batch) -> Feature:
+        """Return the features of the observation; their norms are distance and effort.
+
+        The observation contains q, qd times the length of a step, the parts, and activations.
+        """
+        at = batch.columns("q" if self.space == "joint" else "task_position")
+        at = at if self.columns is None else [at[k] for k in self.columns]
+        activations = [batch.columns("states")[k] for k in self.activation_columns(batch)]
+        table = {
+            "q": features(batch.columns("q")),
+            "qd": features(batch.columns("qd"), batch.step_size),
+            "y": features(at),
+            "error": features(at, -1.0, target=0, norm=0),
+            "rate": features(np.full(len(at), -1), target=len(at)),
+            "activations": features(activations, norm=1),
+        }
+        return np.concatenate([table[part] for part in ("q", "qd", *self.layout, "activations")])
+
+    def activation_columns(self, batch: Batch) -> list[int]:
+        """Return the columns of the activations in the states of muscles."""
+        return [k for k, n in enumerate(batch.state_names) if n.startswith("activation.")]
+
+    def rewards(
+        self, distance: FloatArray, effort: FloatArray, ticks: IntArray
+    ) -> tuple[FloatArray, Terms]:
+        """Return the rewards, shape (n,), and all terms, `solved` and `done`.
 
         Args:
-            batch: The instances.
-            targets: Targets of the episodes, shape (n, k).
+            distance: Distances to the target, shape (n,).
+            effort: Norms of the activations divided by their number, shape (n,).
+            ticks: Numbers of steps, shape (n,).
         """
-
-    @abstractmethod
-    def distance(self, batch: Batch, targets: FloatArray) -> FloatArray:
-        """Return the distances to the target, shape (n,), as for `observe`."""
-
-    def terms(self, batch: Batch, targets: FloatArray) -> Terms:
-        """Return the reward terms, `solved` and `done`, each of shape (n,), as for `observe`."""
-        distance = self.distance(batch, targets)
         done, solved = distance > self.far, distance < self.near
         if self.first_end:
-            done &= batch.ticks >= self.first_end
-        return {
+            done &= ticks >= self.first_end
+        terms: Terms = {
             self.term: -distance,
             "sparse": -distance,
             "penalty": -1.0 * done,
             "done": done,
             "bonus": 1.0 * solved + (distance < self.beyond),
             "solved": solved,
+            "act_reg": -effort,
         }
-
-    def activation_columns(self, batch: Batch) -> list[int]:
-        """Return the columns of the activations in the states of muscles."""
-        if self._activations is None:
-            names = batch.state_names
-            self._activations = [k for k, n in enumerate(names) if n.startswith("activation.")]
-        return self._activations
-
-    def activations(self, batch: Batch) -> FloatArray:
-        """Return the activations of the muscles that have one, shape (n, a)."""
-        columns = self.activation_columns(batch)
-        return batch.states if len(columns) == batch.states.shape[1] else batch.states[:, columns]
-
-    def observation(self, batch: Batch, targets: FloatArray) -> Observations:
-        """Return the observations: q, qd times the length of a step, the parts, activations."""
-        rates = batch.qd * batch.step_size
-        parts = [batch.q, rates, *self.observe(batch, targets), self.activations(batch)]
-        return np.concatenate(parts, axis=1, dtype=np.float32, casting="same_kind")
-
-    def rewards(self, batch: Batch, targets: FloatArray) -> tuple[FloatArray, Terms]:
-        """Return the rewards, shape (n,), and all terms."""
-        terms = self.terms(batch, targets)
-        active = self.activations(batch)
-        size = max(active.shape[1], 1)
-        terms["act_reg"] = -np.sqrt(np.einsum("ij,ij->i", active, active)) / size
-        reward = np.zeros(batch.n)
+        reward = np.zeros(len(distance))
         for name, weight in self.weights.items():
             if weight:
                 reward += weight * terms[name]
         return reward, terms
-
-
-def norms(rows: FloatArray) -> FloatArray:
-    """Return the 2-norms of rows, shape (n,)."""
-    lengths: FloatArray = np.sqrt(np.einsum("ij,ij->i", rows, rows))
-    return lengths

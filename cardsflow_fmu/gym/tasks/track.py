@@ -10,10 +10,9 @@ import numpy as np
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.model.trajectory import Space
 from cardsflow_fmu.utils.arrays import FloatArray
-from sim_dart import Batch
 
 from .pose import positive
-from .task import Draw, Start, Task, norms
+from .task import Draw, Start, Task
 
 
 class TrackTask(Task):
@@ -25,7 +24,7 @@ class TrackTask(Task):
         robot: The robot.
         start: Joint positions at the start, shape (dofs,).
         reference: Desired positions at every step of an episode, shape (steps + 1, k).
-        rates: Desired velocities at every step, shape (steps + 1, k).
+        moves: Desired velocities times the length of a step, shape (steps + 1, k).
         space: `joint` or `operational`.
         threshold: Distance below which the task is solved, in [rad] or [m].
         far: Distance at which an episode ends.
@@ -40,7 +39,7 @@ class TrackTask(Task):
         robot: Robot,
         start: FloatArray,
         reference: FloatArray,
-        rates: FloatArray,
+        moves: FloatArray,
         space: Space,
         threshold: float,
         far: float,
@@ -49,32 +48,13 @@ class TrackTask(Task):
         super().__init__(robot, weights)
         if not np.isfinite(reference).all():
             raise InputError("the reference must be finite")
-        self._start, self._reference = start, reference
+        self.reference = np.hstack([reference, moves])
+        self._start, self._first = start, self.reference[:1]
         self.near, self.far = positive("threshold", threshold), positive("far", far)
         self.beyond = 2.0 * self.near
-        self._rates = rates
         self.space = space
-        self.parts = ("error", "rate") if space == "joint" else ("y", "error", "rate")
+        self.layout = ("error", "rate") if space == "joint" else ("y", "error", "rate")
 
     def start(self, draw: Draw) -> Start:
         """Return the start of the reference, without random numbers."""
-        return Start(self._start, np.tile(self._reference[0], (len(draw(0)), 1)))
-
-    def observe(self, batch: Batch, targets: FloatArray) -> list[FloatArray]:
-        """Return the distances to the reference, its velocities times the step, and y if used."""
-        y = self._position(batch)
-        parts = [
-            self._at(batch, self._reference) - y,
-            self._at(batch, self._rates) * batch.step_size,
-        ]
-        return parts if self.space == "joint" else [y, *parts]
-
-    def distance(self, batch: Batch, targets: FloatArray) -> FloatArray:
-        """Return the distances to the reference."""
-        return norms(self._at(batch, self._reference) - self._position(batch))
-
-    def _position(self, batch: Batch) -> FloatArray:
-        return batch.q if self.space == "joint" else batch.task_position
-
-    def _at(self, batch: Batch, values: FloatArray) -> FloatArray:
-        return values[np.minimum(batch.ticks, len(values) - 1)]
+        return Start(self._start, np.tile(self._first, (len(draw(0)), 1)))

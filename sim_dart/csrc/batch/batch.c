@@ -51,8 +51,8 @@ static void step_waiting(waiting *w, char *memory, int has_extra, real h, int32_
     w->count = 0;
 }
 
-void core_batch_step(void *memory, size_t stride, int32_t count, const real *u, const real *extra, real h, int32_t steps,
-                     int32_t is_runge_kutta, void *group, int32_t *answers)
+void core_batch_step(void *memory, size_t stride, int32_t count, const uint8_t *chosen, const real *u, const real *extra,
+                     real h, int32_t steps, int32_t is_runge_kutta, void *group, int32_t *answers)
 {
     waiting w;
     w.count = 0;
@@ -60,7 +60,7 @@ void core_batch_step(void *memory, size_t stride, int32_t count, const real *u, 
         core *c = instance(memory, stride, k);
         const blob_counts *n = &c->blob.counts;
         const real *commands = row(u, k, n->muscles), *outer = row(extra, k, n->dofs);
-        if (answers[k]) continue;
+        if (answers[k] || (chosen && !chosen[k])) continue;
         if (!group || is_runge_kutta) {
             answers[k] = (is_runge_kutta ? core_runge_kutta : core_step)(c, commands, outer, h, steps);
             continue;
@@ -87,7 +87,7 @@ static int reset(core *c, const real *q, const real *qd, const real *u)
     return 0;
 }
 
-void core_batch_reset(void *memory, size_t stride, int32_t count, const int32_t *chosen, const real *q, const real *qd,
+void core_batch_reset(void *memory, size_t stride, int32_t count, const uint8_t *chosen, const real *q, const real *qd,
                       const real *u, int32_t *answers)
 {
     for (int32_t k = 0; k < count; k++) {

@@ -22,19 +22,37 @@ enum batch_term {
 CORE_API size_t core_batch_group_size(const core *c);
 
 /* Do the same as core_step, or core_runge_kutta, with the commands u, count x muscles, and the external
-   generalised forces, count x dofs, or NULL. `group`: see above; zero before the first call; NULL without lanes.
-   Results are the same with and without lanes. */
-CORE_API void core_batch_step(void *memory, size_t stride, int32_t count, const real *u, const real *extra, real h,
-                              int32_t steps, int32_t is_runge_kutta, void *group, int32_t *answers);
+   generalised forces, count x dofs, or NULL, for instances with a nonzero `chosen`, or for all if it is NULL.
+   `group`: see above; zero before the first call; NULL without lanes. Results are the same with and without lanes. */
+CORE_API void core_batch_step(void *memory, size_t stride, int32_t count, const uint8_t *chosen, const real *u,
+                              const real *extra, real h, int32_t steps, int32_t is_runge_kutta, void *group,
+                              int32_t *answers);
 
 /* Set q and qd, count x dofs, of instances with a nonzero `chosen`, or the nearest state with closed loops;
    and the states of the muscles to the equilibrium with the commands u, count x muscles, or to 0 if u is NULL.
    Their answers become 0; 1 + the index of a coordinate whose value is invalid; or -1 - the index of a closure
    that stays open. */
-CORE_API void core_batch_reset(void *memory, size_t stride, int32_t count, const int32_t *chosen, const real *q,
+CORE_API void core_batch_reset(void *memory, size_t stride, int32_t count, const uint8_t *chosen, const real *q,
                                const real *qd, const real *u, int32_t *answers);
 
 /* Compute the terms in `which`, a sum of enum batch_term, at the current states; u as for core_batch_step. */
 CORE_API void core_batch_terms(void *memory, size_t stride, int32_t count, int32_t which, const real *u);
+
+#define BATCH_NORMS 2
+
+/* Linear function of a number in the working memory of an instance and of its targets. */
+typedef struct {
+    int32_t column; /* index of the number; -1 without one */
+    int32_t target; /* index of the target that is added; -1 without one */
+    int32_t norm;   /* index of the norm to which the value belongs; -1: none */
+    int32_t unused;
+    double scale; /* factor of the number */
+} batch_feature;
+
+/* Write the values of `size` features, count x size, or zeros where the answer is not 0; and the 2-norms of those
+   that belong to one, BATCH_NORMS x count. targets: count x width. */
+CORE_API void core_batch_features(const void *memory, size_t stride, int32_t count, int32_t size,
+                                  const batch_feature *features, int32_t width, const double *targets,
+                                  const int32_t *answers, float *values, double *norms);
 
 #endif
