@@ -8,9 +8,7 @@ from fnmatch import fnmatchcase
 from addin_sdfusion.robot import UnknownNameError
 
 
-def chosen_columns(
-    names: Sequence[str], patterns: Sequence[str], key: str = "--columns"
-) -> list[str]:
+def chosen_columns(names: Sequence[str], patterns: Sequence[str]) -> list[str]:
     """Return the names that match a pattern, without `time`.
 
     Raises:
@@ -18,5 +16,5 @@ def chosen_columns(
     """
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in names):
-            raise UnknownNameError("column", pattern, names, key=key)
+            raise UnknownNameError("column", pattern, names, key="--columns")
     return [n for n in names if n != "time" and any(fnmatchcase(n, p) for p in patterns)]

@@ -44,11 +44,7 @@ PEER_TIMEOUT = 1.0
 in [s]."""
 
 _LOCKSTEP, _SAFE, _FAULT, _CLAMPED = map(int, (Flag.LOCKSTEP, Flag.SAFE, Flag.FAULT, Flag.CLAMPED))
-_HELLO, _SETPOINT, _STATE = (
-    Kind.HELLO,
-    Kind.SETPOINT,
-    Kind.STATE,
-)
+_HELLO, _SETPOINT, _STATE = Kind.HELLO, Kind.SETPOINT, Kind.STATE
 _DEVICE_KINDS = frozenset((_HELLO, _SETPOINT, Kind.STOP, Kind.PING))
 
 

@@ -53,17 +53,11 @@ class UdpLink(FramedLink):
                 line.bind((self._bind, 0))
             line.connect(address)
             if line.fileno() >= _MAX_DESCRIPTORS:
-                raise HardwareError(
-                    f"cannot connect to {self.uri}: this process has too many open files"
-                )
+                raise OSError("this process has too many open files")
         except OSError as error:
             line.close()
-            raise HardwareError(
-                f"cannot connect to {self.uri}: {error.strerror or error}"
-            ) from error
-        except HardwareError:
-            line.close()
-            raise
+            problem = f"cannot connect to {self.uri}: {error.strerror or error}"
+            raise HardwareError(problem) from error
         self._socket = line
         self._receiver = AdaptiveReceiver(line, partial(line.recv, MAX_BYTES + 1))
 

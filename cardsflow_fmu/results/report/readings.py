@@ -93,6 +93,17 @@ def read_readings(
         return readings
     if capture is not None:
         path, columns = capture, read_capture(capture)
+    return _with_markers(readings, float(t[0]), path, columns, markers)
+
+
+def _with_markers(
+    readings: Recording,
+    begin: float,
+    path: Path,
+    columns: Mapping[str, FloatArray],
+    markers: Sequence[Marker],
+) -> Recording:
+    """Return measurements from the time `begin`, resampled at the times of motion capture."""
     names = [f"{marker.name}.{axis}" for marker in markers for axis in "xyz"]
     for name in names:
         if name not in columns:
@@ -108,7 +119,7 @@ def read_readings(
     at, step = _equal_steps(path, times)
     filled = np.full((int(at[-1]) + 1, positions.shape[1]), np.nan)
     filled[at] = positions
-    return resample(readings, float(t[0]), times[0] + step * np.arange(len(filled)), filled)
+    return resample(readings, begin, times[0] + step * np.arange(len(filled)), filled)
 
 
 def _reject_large_values(path: Path, name: str, columns: Mapping[str, FloatArray]) -> None:

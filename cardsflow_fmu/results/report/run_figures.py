@@ -20,7 +20,7 @@ from cardsflow_fmu.results.run_data import ExperimentRunData
 
 from .downsample import evenly_spaced
 from .figures import STYLE, figure_of_panels, figure_title, image
-from .panels import KINDS, Curve, Panel, tracking_curves
+from .panels import KINDS, Curve, Panel
 
 TRACKING, PATH, WORLD = "tracking", "path", "world"
 
@@ -47,7 +47,8 @@ def tracking_figure(result: ExperimentRunData) -> Figure:
     The figure also contains the torques of joint motors. For muscles with muscle laws, it contains
     commands, and tensions with dotted desired tensions.
     """
-    panels = [_forces(result), *_commands(result), *KINDS["torques"](result), _positions(result)]
+    panels = [_forces(result), *_commands(result)]
+    panels += [*KINDS["torques"](result), *KINDS["tracking"](result)]
     return figure_of_panels([p for p in panels if p.curves], title=figure_title(result))
 
 
@@ -108,14 +109,6 @@ def _commands(result: ExperimentRunData) -> list[Panel]:
             label = f"{command.name.replace('_', ' ')}{unit}"
             groups.setdefault(label, []).append(Curve(name, result["time"], result[name]))
     return [Panel(label, curves) for label, curves in groups.items()]
-
-
-def _positions(result: ExperimentRunData) -> Panel:
-    """Return positions with their references."""
-    followed = tracked_signals_by_name(result.names, result.units)
-    units = "/".join(dict.fromkeys(signal.unit for signal in followed)) or "-"
-    space = "joint" if result.experiment.reference.space == "joint" else "task"
-    return Panel(f"{space} position [{units}]", tracking_curves(result, followed), by_change=True)
 
 
 def _world_panels(result: ExperimentRunData) -> list[Panel]:

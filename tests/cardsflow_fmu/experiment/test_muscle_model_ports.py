@@ -130,7 +130,7 @@ def test_summary_and_figure_contain_tensions(pneumatic: Result) -> None:
     from cardsflow_fmu.results.report.run_figures import tracking_figure
 
     labels = [axes.get_ylabel() for axes in tracking_figure(pneumatic).axes]
-    assert labels == ["tension [N]", "pressure [Pa]", "joint position [rad]"]
+    assert labels == ["tension [N]", "pressure [Pa]", "position [rad]"]
 
 
 @pytest.mark.slow

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import WORLD, Robot
-from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.core.frames import transform
 from sim_dart.scene import Scene
@@ -21,7 +20,7 @@ from .environment import Environment
 from .link_bodies import link_capsules, platform_hull
 from .link_poses import Poses, coordinate_axes, link_poses, moved_point
 from .meshes import LinkMeshes
-from .motion import Motion, frame_rows, motion_of, task_points
+from .motion import Motion, task_points
 from .muscle_paths import MusclePath, muscle_paths, stump, unit_forces
 from .shapes import Triangles
 from .solids import shape_triangles
@@ -35,18 +34,6 @@ _UPRIGHT = 0.999
 
 _TRAIL_RADIUS = 0.0045
 """Radius of the spheres of a trail, as fraction of the reach."""
-
-
-def scene(robot: Robot, result: RunData, k: int, world: Scene | None = None) -> list[s.Shape]:
-    """Return the shapes at row k of a result; use a `Stage` for many rows.
-
-    Raises:
-        InputError: The result is incomplete or has no such row.
-    """
-    rows = frame_rows(result["time"])
-    with_k = np.union1d(rows, [range(len(result.rows))[k]]) if len(result.rows) else rows
-    stage = Stage(robot, motion_of(robot, result, with_k, world), world=world)
-    return stage.scene(int(np.searchsorted(with_k, k % max(len(result.rows), 1))))
 
 
 class Stage:

@@ -19,7 +19,6 @@ from cardsflow_fmu.results.viewer.scene.link_bodies import link_capsules
 from cardsflow_fmu.results.viewer.scene.link_poses import link_poses, moved_point
 from cardsflow_fmu.results.viewer.scene.motion import MAX_FRAMES, frame_rows
 from cardsflow_fmu.results.viewer.scene.muscle_paths import muscle_paths, unit_forces
-from cardsflow_fmu.results.viewer.scene.stage import scene
 from cardsflow_fmu.simulation.result import SystemResult
 from sim_dart import DartDynamics
 
@@ -106,7 +105,8 @@ def test_scene_has_all_groups_of_shapes() -> None:
     robot = read_robot(EXAMPLES / "roboy_left_arm/robot")
     result = sinusoidal_result(robot)
     hand = {f"y_d.hand.{axis}": np.full(len(result.rows), 0.1) for axis in "xyz"}
-    shapes = scene(robot, with_columns(result, hand), 50)
+    stage = Stage(robot, motion_of(robot, with_columns(result, hand)))
+    shapes = stage.scene(len(stage) // 2)
     groups = {shape.group for shape in shapes}
     assert groups == set(s.GROUPS) - {s.WRAP_SURFACES, s.CONTACTS, s.OBJECTS, s.GROUND}
     assert sum(shape.group == s.MUSCLES for shape in shapes) == 11
@@ -128,17 +128,6 @@ def test_all_frames_have_the_same_shapes_and_trails_grow() -> None:
     assert apart.max() <= step * (1.0 + 1e-9)
     assert np.median(apart) == pytest.approx(step, rel=0.01)
     assert np.linalg.norm(trails[-1][-1] - tip) < step
-
-
-def test_scene_of_a_row_shows_the_state_of_the_row() -> None:
-    robot = planar_2r()
-    result = sinusoidal_result(robot)
-    for k in (0, 17, -1):
-        label = by_name(scene(robot, result, k))["joint values/joint_1"]
-        assert isinstance(label, s.Label)
-        assert label.value == result["q.joint_1"][k]
-    with pytest.raises(IndexError):
-        scene(robot, result, len(result.rows))
 
 
 def test_joint_reference_is_drawn_as_path_of_the_hand() -> None:
