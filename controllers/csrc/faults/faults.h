@@ -98,7 +98,7 @@ enum faults_pose_status { FAULTS_POSE_NEAR = 0, FAULTS_POSE_FAR = 1, FAULTS_POSE
    which q is then moved; the caller computes path_lengths and jacobian there, and repeats the fit. */
 DUAL_NEWTON_API int faults_pose(faults *s);
 
-/* Process the inputs of a tick of h seconds. Return the number of parts with faults. */
+/* Process the inputs of a tick of h seconds, after faults_pose has returned NEAR for them. Return the number of parts with faults. */
 DUAL_NEWTON_API int faults_tick(faults *s, real h);
 
 /* Test the motion that ends at the measurements of the last faults_tick: h seconds, in equal steps. Only without tension

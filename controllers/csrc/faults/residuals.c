@@ -119,11 +119,10 @@ void faults_fit(faults *s)
     const size_t n = s->n;
     const real *row;
     real difference, variance;
-    const int is_singular = fit(s);
-    if (!is_singular) find_spread(s);
+    find_spread(s);
     for (size_t i = 0; i < s->c; i = next_geometric(s, i)) {
         variance = sensor(s, i, &row, &difference);
-        if (is_singular || variance == 0) {
+        if (variance == 0) {
             store(s, i, 0, 0, 0);
             continue;
         }

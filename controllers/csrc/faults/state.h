@@ -157,7 +157,7 @@ static inline int faults_is_used(const faults *s, size_t channel)
     return s->usable[faults_part(s, channel)] != 0 && s->suspicion[channel] < 0;
 }
 
-/* Store residuals of lengths and encoders against the fit of the others; of tensions against the commands. */
+/* Store residuals of lengths and encoders against the fit of the others, by faults_pose; of tensions against the commands. */
 void faults_fit(faults *s);
 void faults_compare_tensions(faults *s, real h);
 

@@ -71,7 +71,15 @@ class FaultMonitor:
         return self._c.faults_pose(self._handle) == 0
 
     def tick(self) -> int:
-        """Process the inputs and return the number of parts with faults."""
+        """Process the inputs and return the number of parts with faults.
+
+        Geometry is linear up to the pose.
+        """
+        before = self.array("q").copy()
+        if not self.fit_pose():
+            jacobian = self.array("jacobian").reshape(self.m, self.n)
+            self.array("path_lengths")[:] += jacobian @ (self.array("q") - before)
+            assert self.fit_pose()
         count: int = self._c.faults_tick(self._handle, STEP)
         return count
 
