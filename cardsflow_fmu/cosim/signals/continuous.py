@@ -13,11 +13,6 @@ _RATES = {"rad": "rad/s", "rad/s": "rad/s2", "m": "m/s", "m/s": "m/s2", "": "1/s
 _SIDES = ("lower", "upper")
 
 
-def derivative_signal(state: str) -> str:
-    """Return the name of the derivative of a state."""
-    return f"der({state})"
-
-
 def state_signal(name: str) -> str | None:
     """Return the state of a derivative, or None for another variable."""
     return name[4:-1] if name.startswith("der(") else None
@@ -57,7 +52,7 @@ def limited_sides(robot: Robot) -> list[tuple[int, int]]:
 def _derivative(state: Port) -> Port:
     unit = _RATES.get(state.unit, f"{state.unit}/s")
     description = f"Derivative of {state.name}"
-    return Port(derivative_signal(state.name), unit, "local", "continuous", description)
+    return Port(f"der({state.name})", unit, "local", "continuous", description)
 
 
 def _indicators(robot: Robot) -> list[Port]:

@@ -132,13 +132,34 @@ def estimator_groups(
         step: Internal step, in [s].
         estimates_offsets: Whether the offsets are estimated.
     """
+    statuses = ", ".join(f"{number} {text}" for number, text in enumerate(STATUSES))
+    return {
+        **_measurement_ports(robot, encoded, units, "input", ""),
+        **_estimate_ports(robot),
+        "report": [
+            count_port("innovation", "Mean square of normalised innovations"),
+            count_port("readings", "Number of measurements used"),
+            count_port("status", f"State of the estimator: {statuses}", len(STATUSES) - 1),
+            Port(VALID, "", "output", "discrete", "The estimate is reliable", boolean=True),
+        ],
+        "q_start": coordinate_ports(
+            "q_start", "", "Start position", robot, "parameter", "fixed", q
+        ),
+        **_offset_ports(robot, offsets, estimates_offsets),
+        "step": [time_port("step", "Internal step of the estimator", step)],
+        "worker_timeout": [WORKER_TIMEOUT],
+    }
+
+
+def _estimate_ports(robot: Robot) -> Groups:
+    """Return position, velocity, unknown load and standard deviation of each coordinate."""
     descriptions = (
         ("q", "", "Estimated position"),
         ("qd", "/s", "Estimated velocity"),
         ("w", None, "Estimated unknown load"),
         ("sd", "", "Standard deviation of the estimated position"),
     )
-    outputs = {
+    return {
         key: [
             Port(
                 name,
@@ -153,21 +174,13 @@ def estimator_groups(
         ]
         for key, per, quantity in descriptions
     }
-    statuses = ", ".join(f"{number} {text}" for number, text in enumerate(STATUSES))
+
+
+def _offset_ports(robot: Robot, offsets: Sequence[float], estimates_offsets: bool) -> Groups:
+    """Return the length offsets as parameters, and their estimates as outputs."""
     quantity = "Offset of the measured length of muscle"
     starts = _muscle_ports(robot, "offset", "m", "parameter", quantity)
     return {
-        **_measurement_ports(robot, encoded, units, "input", ""),
-        **outputs,
-        "report": [
-            count_port("innovation", "Mean square of normalised innovations"),
-            count_port("readings", "Number of measurements used"),
-            count_port("status", f"State of the estimator: {statuses}", len(STATUSES) - 1),
-            Port(VALID, "", "output", "discrete", "The estimate is reliable", boolean=True),
-        ],
-        "q_start": coordinate_ports(
-            "q_start", "", "Start position", robot, "parameter", "fixed", q
-        ),
         "offsets": [
             replace(port, variability="fixed", start=offsets[k])
             for k, port in zip(measured_muscles(robot), starts, strict=True)
@@ -181,8 +194,6 @@ def estimator_groups(
                 ("offset_sd", OFFSET_SD, "Standard deviation of the estimated offset"),
             )
         },
-        "step": [time_port("step", "Internal step of the estimator", step)],
-        "worker_timeout": [WORKER_TIMEOUT],
     }
 
 

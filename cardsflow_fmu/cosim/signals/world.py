@@ -31,11 +31,6 @@ def wrench_ports(links: Sequence[str], causality: Causality) -> list[Port]:
     return ports
 
 
-def contact_signals(scene: Scene) -> list[str]:
-    """Return `contact.<body>.fx`, `.fy`, `.fz` of every reported body."""
-    return [f"{name}.f{axis}" for name in signal_names("contact", scene.reported) for axis in "xyz"]
-
-
 def object_signals(scene: Scene) -> list[str]:
     """Return `object.<name>.x`, ..., `.qz` of every moving object."""
     names = signal_names("object", [item.name for item in scene.moving_objects])
@@ -48,7 +43,8 @@ def world_ports(scene: Scene | None) -> list[Port]:
         return []
     ports = [
         Port(name, "N", "output", "continuous", f"Contact force on {name[8:-3]}, world axes")
-        for name in contact_signals(scene)
+        for body in signal_names("contact", scene.reported)
+        for name in (f"{body}.f{axis}" for axis in "xyz")
     ]
     for name in object_signals(scene):
         body, _, axis = name.removeprefix("object.").rpartition(".")
