@@ -27,7 +27,7 @@ OPTIMAL, NEARLY_OPTIMAL, INFEASIBLE, NOT_CONVERGED, INTERRUPTED = STATUSES = (
     "interrupted",
 )
 
-_TOLERANCE, _TOLERANCE_OF_GLOBALS = 3e-7, 5e-8  # the cost is flat in durations and parameters
+_SETTLED, _STRICTER = 1e-6, 0.15  # changes of globals, and factor of the tolerance above them
 _SHARES = 0.5 ** np.arange(9)
 _FEASIBILITY = 1e-7  # largest accepted violation of a constraint, scaled
 _MARGIN = 1e-5  # required decrease, relative to the violation
@@ -161,7 +161,7 @@ class Optimiser:
     Args:
         problem: The problem.
         tolerance: Decrease that a step must promise, relative to the cost; otherwise the motion is
-            optimal (default: 3e-7, or 5e-8 with a free duration or parameters).
+            optimal. While a duration or parameters change, it is smaller: the cost is flat in them.
         max_iterations: Number of iterations.
         refine: Function of an iterate and the ends of its intervals that makes the dynamics more
             accurate if the iterate requires it, and returns whether they changed.
@@ -170,15 +170,13 @@ class Optimiser:
     def __init__(
         self,
         problem: OptimalProblem,
-        tolerance: float = 0.0,
+        tolerance: float = 3e-7,
         max_iterations: int = 100,
         refine: Callable[[Iterate, FloatArray], bool] = lambda _, ends: False,
     ) -> None:
         self.problem = problem
         self.transcription = Transcription(problem)
-        has_globals = problem.is_free_time or len(problem.parameters) > 0
-        self._tolerance = tolerance or (_TOLERANCE_OF_GLOBALS if has_globals else _TOLERANCE)
-        self._max_iterations, self._refine = max_iterations, refine
+        self._tolerance, self._max_iterations, self._refine = tolerance, max_iterations, refine
 
     def solve(
         self,
@@ -289,7 +287,7 @@ class Optimiser:
         if not best.solution.is_solved:
             return self._increase_damping(state), 0.0
         chosen, is_end = best, False
-        if not best.is_relaxed and self._promised(state, best) < self._tolerance:
+        if not best.is_relaxed and self._is_small(state, best):
             worst = self._worst(state)
             if worst <= _FEASIBILITY:
                 return OPTIMAL if state.damping <= _LARGE_DAMPING else "stalled", 0.0
@@ -388,10 +386,12 @@ class Optimiser:
         weight = _PENALTY * max(float(abs(program.g).max()), 1.0)
         return solve_relaxed(program, transcription.hard_rows, soft, weight)
 
-    def _promised(self, state: _State, step: _Step) -> float:
-        """Return the decrease of the Lagrangian that a step promises, relative to the cost."""
+    def _is_small(self, state: _State, step: _Step) -> bool:
+        """Return whether a step promises a small decrease of the Lagrangian."""
         qp, solution = step.program.qp, step.solution
-        return self._relative(state, qp.value(solution.d) + float(solution.y @ qp.b))
+        change = self._relative(state, qp.value(solution.d) + float(solution.y @ qp.b))
+        is_settled = abs(self.transcription.globals_of(solution.d)).max(initial=0.0) < _SETTLED
+        return change < self._tolerance * (1.0 if is_settled else _STRICTER)
 
     def _relative(self, state: _State, change: float) -> float:
         """Return the size of a change of the objective of a program, relative to the cost."""

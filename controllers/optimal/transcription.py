@@ -286,6 +286,10 @@ class Transcription:
         """Indices of the states among the variables, shape (N + 1, nx)."""
         return self._x
 
+    def globals_of(self, d: FloatArray) -> FloatArray:
+        """Return the scaled free parameters and duration among variables, shape (ng,)."""
+        return d[self._g]
+
     @property
     def hard_rows(self) -> int:
         """Number of equalities of the dynamics and of the start, which come first."""
