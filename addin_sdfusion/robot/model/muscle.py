@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 else:  # readers and schemas use the names of this Literal
     CableKind = Literal[(*MUSCLE_LAWS, *_CASPRS)]
 Side = Literal[-1, 0, 1]
+PulleyKind = Literal["rotating", "screw"]
 WrapShape = Literal["sphere", "cylinder", "ellipsoid"]
 WrapRule = Literal["taut", "mujoco", "opensim"]
 Quadrant = Literal["all", "+x", "-x", "+y", "-y", "+z", "-z"]
@@ -92,7 +93,7 @@ class BasePulley:
             the winch.
     """
 
-    kind: Literal["rotating", "screw"]
+    kind: PulleyKind
     parameters: tuple[tuple[str, tuple[float, ...]], ...] = ()
 
     @property

@@ -18,6 +18,7 @@ from ...model.muscle import (
     CableModel,
     CableSet,
     Muscle,
+    PulleyKind,
     Quadrant,
     ViaPoint,
     Wrap,
@@ -164,16 +165,13 @@ class MuscleReader:
 
 def read_surface(node: Node) -> WrapSurface:
     """Return a `<wrap_surface>` element of the plugin."""
-    shape = node.attribute("shape")
-    if node.has("shape") and shape not in get_args(WrapShape):
-        known = ", ".join(get_args(WrapShape))
-        node.error("unsupported-wrap-shape", f"unknown shape {short_repr(shape)}; known: {known}")
+    shape = _required_word(node, "shape", get_args(WrapShape), "unsupported-wrap-shape")
     x, y, z, *angles = node.numbers(6)
     roll, pitch, yaw = angles
     return WrapSurface(
         node.attribute("name"),
         node.attribute("link"),
-        cast(WrapShape, shape if shape in get_args(WrapShape) else "sphere"),
+        cast(WrapShape, shape),
         node.number_attribute("radius"),
         Pose((x, y, z), (roll, pitch, yaw)),
         node.number_attribute("length", math.inf, infinite=True),
@@ -257,13 +255,18 @@ def _local_friction(node: Node) -> float | None:
     return node.number_attribute("friction") if node.has("friction") else None
 
 
-def _known_word(node: Node, name: str, allowed: tuple[str, ...]) -> str:
+def _known_word(node: Node, name: str, allowed: tuple[str, ...], code: str = "bad-word") -> str:
     """Return the word in an attribute; the first known word if the attribute is not set."""
     word = node.attribute(name, allowed[0])
     if word not in allowed:
-        node.error("bad-word", f"unknown {name} {short_repr(word)}; known: {', '.join(allowed)}")
+        node.error(code, f"unknown {name} {short_repr(word)}; known: {', '.join(allowed)}")
         return allowed[0]
     return word
+
+
+def _required_word(node: Node, name: str, allowed: tuple[str, ...], code: str) -> str:
+    node.attribute(name)  # reports a missing one
+    return _known_word(node, name, allowed, code)
 
 
 def _side_point(node: Node) -> ViaPoint | None:
@@ -311,26 +314,17 @@ def _cable_model(node: Node) -> CableModel:
     child = node.optional("cable_model")
     if child is None:
         return CableModel()
-    kind = child.attribute("kind")
-    if child.has("kind") and kind not in get_args(CableKind):
-        known = ", ".join(get_args(CableKind))
-        child.error("unsupported-cable", f"unknown kind {short_repr(kind)}; known: {known}")
-        return CableModel()
+    kind = _required_word(child, "kind", get_args(CableKind), "unsupported-cable")
     rows = [(name, values[0]) for name, values in _parameters(child) if len(values) == 1]
-    return CableModel(kind or "ideal", tuple(rows))
+    return CableModel(kind, tuple(rows))
 
 
 def _base_pulley(node: Node) -> BasePulley | None:
     child = node.optional("base_pulley")
     if child is None:
         return None
-    kind = child.attribute("kind")
-    if child.has("kind") and kind not in ("rotating", "screw"):
-        child.error(
-            "unsupported-pulley", f"unknown kind {short_repr(kind)}; known: rotating, screw"
-        )
-    screw = kind == "screw"
-    return BasePulley("screw" if screw else "rotating", tuple(_parameters(child)))
+    kind = _required_word(child, "kind", get_args(PulleyKind), "unsupported-pulley")
+    return BasePulley(cast(PulleyKind, kind), tuple(_parameters(child)))
 
 
 def _parameters(node: Node) -> Iterator[tuple[str, tuple[float, ...]]]:

@@ -10,7 +10,16 @@ from typing import Any, Literal, TypeVar
 from ...errors import InputError
 from ...json_text import json_text
 from ...model.function import Function, Polynomial
-from ...model.muscle import PRESLIDING, BasePulley, Muscle, Quadrant, ViaPoint, Wrap, WrapRule
+from ...model.muscle import (
+    PRESLIDING,
+    BasePulley,
+    Muscle,
+    PulleyKind,
+    Quadrant,
+    ViaPoint,
+    Wrap,
+    WrapRule,
+)
 from ...model.muscle_path import CoordinateTerm, PointCondition, PointMotion
 from ...model.pose import Vector3
 from ...records import from_plain, to_plain
@@ -172,7 +181,7 @@ class PulleyParameter:
 class PulleyRecord:
     """Swivelling pulley at the first point; attributes of the robot model's `BasePulley`."""
 
-    kind: Literal["rotating", "screw"]
+    kind: PulleyKind
     parameters: tuple[PulleyParameter, ...] = ()
 
     @staticmethod

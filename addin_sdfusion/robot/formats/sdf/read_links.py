@@ -71,13 +71,15 @@ def _shapes(link: Node, frames: Frames) -> Iterator[Shape]:
         for geometry in node.all("geometry"):
             for shape in geometry.all(*SHAPE_SIZES):
                 pose = frames.in_link(node, node.subject.name)
-                yield Shape(cast(ShapeKind, shape.tag), _sizes(shape), pose)
+                yield Shape(cast(ShapeKind, shape.tag), read_sizes(shape), pose)
 
 
-def _sizes(shape: Node) -> tuple[float, ...]:
+def read_sizes(shape: Node) -> tuple[float, ...]:
+    """Return the edges of a box, the radius of a sphere, or the radius and length of others."""
     if shape.tag == "box":
         return shape.vector("size")
-    return tuple(shape.number(n) for n in ("radius", "length")[: SHAPE_SIZES[shape.tag]])  # type: ignore[index]
+    names = ("radius",) if shape.tag == "sphere" else ("radius", "length")
+    return tuple(shape.number(name) for name in names)
 
 
 def _mesh(node: Node, shape: Node, frames: Frames) -> Mesh:

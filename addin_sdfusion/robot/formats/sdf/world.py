@@ -14,6 +14,7 @@ from ...model.rotations import apply, compose
 from ..reading.unread import note_unread
 from ..reading.xml import TRUE, Node, Notes, parse, short_repr
 from .read_frames import Frames, read_pose
+from .read_links import read_sizes
 
 _IGNORED = frozenset({
     "atmosphere", "audio", "gravity", "gui", "inertial", "light", "magnetic_field", "max_contacts",
@@ -168,15 +169,11 @@ def _plane(shape: Node, pose: Pose) -> Iterator[float]:
 
 
 def _sizes(shape: Node) -> tuple[tuple[float, ...], Path | None]:
-    if shape.tag == "box":
-        return shape.vector("size"), None
-    if shape.tag == "sphere":
-        return (shape.number("radius"),), None
-    if shape.tag == "mesh":
-        uri, scale = shape.required("uri"), shape.optional("scale")
-        file = mesh_file("" if uri is None else uri.text, shape.file.parent)
-        return ((1.0, 1.0, 1.0) if scale is None else scale.vector3()), file
-    return (shape.number("radius"), shape.number("length")), None
+    if shape.tag != "mesh":
+        return read_sizes(shape), None
+    uri, scale = shape.required("uri"), shape.optional("scale")
+    file = mesh_file("" if uri is None else uri.text, shape.file.parent)
+    return ((1.0, 1.0, 1.0) if scale is None else scale.vector3()), file
 
 
 def _surface(collision: Node) -> tuple[float | None, float | None]:
@@ -184,7 +181,8 @@ def _surface(collision: Node) -> tuple[float | None, float | None]:
     surface = collision.optional("surface")
     if surface is None:
         return None, None
-    friction = _inner(surface, "friction", "ode")
+    contact = surface.optional("friction")
+    friction = None if contact is None else contact.optional("ode")
     bounce = surface.optional("bounce")
     mu = None
     if friction is not None:
@@ -193,10 +191,3 @@ def _surface(collision: Node) -> tuple[float | None, float | None]:
     is_specified = bounce is not None and bounce.optional("restitution_coefficient") is not None
     restitution = bounce.number("restitution_coefficient") if bounce and is_specified else None
     return mu, restitution
-
-
-def _inner(node: Node, *tags: str) -> Node | None:
-    inner: Node | None = node
-    for tag in tags:
-        inner = None if inner is None else inner.optional(tag)
-    return inner
