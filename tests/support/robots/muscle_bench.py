@@ -170,11 +170,11 @@ def slider(*models: tuple[str, Mapping[str, float]]) -> Robot:
     )
 
 
-def state_rates(core: Core, commands: ArrayLike) -> FloatArray:
-    """Return the derivatives of the states of muscle laws at the last path velocities."""
+def state_rates(core: Core, commands: ArrayLike, count: int = -1) -> FloatArray:
+    """Return the rates of `count` states of muscle laws (default: all, at least one)."""
     bad = core.update_law_rates(core.handle, np.asarray(commands, dtype=np.float64).tobytes())
     assert not bad
-    return core.array("law_rates", -1).copy()
+    return core.array("law_rates", count).copy()
 
 
 class Bench:
@@ -219,7 +219,7 @@ class Bench:
         """Return the derivatives of the states."""
         self.move(length, speed)
         self.laws.set_states(states)
-        return state_rates(self._core, self._all(command))
+        return state_rates(self._core, self._all(command), len(self.laws.states))
 
     def curve(self, name: str, x: ArrayLike, *, slope: bool = False, muscle: int = 0) -> FloatArray:
         """Return values or slopes of a curve of a Hill-type muscle; NaN without this curve."""
