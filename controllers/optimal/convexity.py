@@ -52,15 +52,18 @@ def convexify_with_share(
     """Return the stages of `convexify` with the largest share of added blocks, shape (N, nz, nz).
 
     Returns:
-        The stages; None if no share is convex.
+        The stages; None if the smallest share is not convex, since larger ones are less convex.
     """
-    for share in _SHARES:
+
+    def convex(share: float) -> ConvexStages | None:
         shared = blocks.copy()
         shared[:-1] += share * added
-        convex = convexify(shared, ends, gaps, nu, free)
-        if convex is not None:
-            return convex
-    return None
+        return convexify(shared, ends, gaps, nu, free)
+
+    smallest = convex(_SHARES[-1])
+    if smallest is None:
+        return None
+    return next(filter(None, map(convex, _SHARES[:-1])), smallest)
 
 
 def convexify(
