@@ -237,19 +237,21 @@ MJCF = Capabilities(
             "inertia-triangle",
             "MuJoCo rejects a principal moment of inertia above the sum of the other two; correct "
             "the inertia",
-            _of_inertias(lambda own, _: missing_inertia(own) is None),
+            _of_inertias(lambda inertia, _: missing_inertia(inertia) is None),
         ),
         changed(
             "moments of inertia that are zero",
             "inertia-increased",
             "MuJoCo requires positive moments of inertia; {by!r} kg·m² is added to each",
-            _of_inertias(lambda own, _: (by := missing_inertia(own)) and {"by": by}),
+            _of_inertias(lambda inertia, _: (by := missing_inertia(inertia)) and {"by": by}),
         ),
         changed(
             "links without mass",
             "mass-increased",
             "MuJoCo requires positive masses; {mass!r} kg is used",
-            _of_inertias(lambda own, new: new.mass != own.mass and {"mass": new.mass}),
+            _of_inertias(
+                lambda inertia, in_mjcf: in_mjcf.mass != inertia.mass and {"mass": in_mjcf.mass}
+            ),
         ),
         changed(
             features.LIMITS,

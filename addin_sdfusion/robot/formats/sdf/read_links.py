@@ -75,7 +75,7 @@ def _shapes(link: Node, frames: Frames) -> Iterator[Shape]:
 
 
 def read_sizes(shape: Node) -> tuple[float, ...]:
-    """Return the edges of a box, the radius of a sphere, or the radius and length of others."""
+    """Return the sizes of a shape, as in `Shape.sizes`."""
     if shape.tag == "box":
         return shape.vector("size")
     names = ("radius",) if shape.tag == "sphere" else ("radius", "length")
