@@ -11,8 +11,8 @@ void native_close(struct native_model *native)
 {
     if (!native)
         return;
-    if (native->memory)
-        native->memory->release(native->data);
+    if (native->data)
+        native->functions->release(native->data);
     native_robot_close(&native->robot);
     native_file_free(&native->file);
     free(native->own_values);
@@ -79,7 +79,7 @@ int native_get_state(struct model *model, void **bytes, size_t *size)
     struct native_model *native = model->backend;
     double *parts[NATIVE_STATE_PARTS];
     size_t sizes[NATIVE_STATE_PARTS];
-    const size_t count = native->memory->list_state(native, parts, sizes);
+    const size_t count = native->functions->list_state(native, parts, sizes);
     *size = total(sizes, count) * sizeof(double);
     double *at = *bytes = malloc(*size + 1);
     if (!at) {
@@ -96,7 +96,7 @@ int native_set_state(struct model *model, const void *bytes, size_t size)
     struct native_model *native = model->backend;
     double *parts[NATIVE_STATE_PARTS];
     size_t sizes[NATIVE_STATE_PARTS];
-    const size_t count = native->memory->list_state(native, parts, sizes);
+    const size_t count = native->functions->list_state(native, parts, sizes);
     const char *at = bytes;
     if (size != total(sizes, count) * sizeof(double)) {
         text_set(&model->error, "a state of this model does not have %lu bytes", (unsigned long)size);
@@ -112,5 +112,5 @@ int native_set_state(struct model *model, const void *bytes, size_t size)
     }
     for (size_t i = 0; i < count; at += sizes[i++] * sizeof(double))
         memcpy(parts[i], at, sizes[i] * sizeof(double));
-    return native->memory->after_restore ? native->memory->after_restore(model) : 0;
+    return native->functions->after_restore ? native->functions->after_restore(model) : 0;
 }

@@ -15,16 +15,32 @@ struct native_model {
     double *values;     /* in the order of the ports */
     double *own_values; /* the same values, or NULL if the caller owns them */
     void *data;     /* data of the model */
-    const struct native_memory *memory; /* functions for `data` */
+    const struct native_functions *functions;
 };
 
 enum { NATIVE_STATE_PARTS = 8 };
-struct native_memory {
+/* Functions of a kind of native models. */
+struct native_functions {
+    struct model_functions model;
+    size_t size; /* of the data, which are 0 before `open` */
+    /* Fill in the data of the model beyond the robot. Return 0, or nonzero with a message. */
+    int (*open)(struct model *model, struct native_model *native, struct text *error);
     /* List the arrays of the internal state with their lengths; return their number. */
     size_t (*list_state)(struct native_model *native, double **parts, size_t *sizes);
     int (*after_restore)(struct model *model); /* or NULL */
     void (*release)(void *data);
 };
+extern const struct native_functions native_plant, native_controller, native_reference, native_sensors,
+    native_estimator;
+
+/* Functions that all native models share. */
+#define NATIVE_FUNCTIONS                                                                                      \
+    .reset = native_reset, .get_state = native_get_state, .set_state = native_set_state, .close = native_close_model
+
+/* Set the pointers of `data` to the values of a group, in a function that returns nonzero on failure. */
+#define NATIVE_PLACE(name, length)                                                                            \
+    if (!(data->name = native_values(native, data->settings.of.name, #name, length, error)))                  \
+        return 1;
 
 /* Free the model and its own data. NULL is allowed. */
 void native_close(struct native_model *native);

@@ -1,21 +1,17 @@
 #include "open.h"
 
-#include "controller/controller.h"
-#include "estimation/estimation_models.h"
 #include "model.h"
-#include "plant/plant.h"
-#include "reference.h"
 
 #include <stdlib.h>
 
 static int open_kind(struct model *model, struct native_model *native, struct text *error)
 {
-    static int (*const open[NATIVE_KINDS])(struct model *, struct native_model *, struct text *) = {
-        [NATIVE_PLANT] = native_plant_open,
-        [NATIVE_CONTROLLER] = native_controller_open,
-        [NATIVE_REFERENCE] = native_reference_open,
-        [NATIVE_SENSORS] = native_sensors_open,
-        [NATIVE_ESTIMATOR] = native_estimator_open,
+    static const struct native_functions *const kinds[NATIVE_KINDS] = {
+        [NATIVE_PLANT] = &native_plant,
+        [NATIVE_CONTROLLER] = &native_controller,
+        [NATIVE_REFERENCE] = &native_reference,
+        [NATIVE_SENSORS] = &native_sensors,
+        [NATIVE_ESTIMATOR] = &native_estimator,
     };
     model->backend = native;
     model->clock = native->clock;
@@ -23,7 +19,13 @@ static int open_kind(struct model *model, struct native_model *native, struct te
     native_reset(model);
     if (native->file.kind != NATIVE_REFERENCE && native_robot_open(&native->robot, &native->file, error))
         return 1;
-    return open[native->file.kind](model, native, error);
+    native->functions = kinds[native->file.kind];
+    model->functions = &native->functions->model;
+    native->data = calloc(1, native->functions->size);
+    if (native->data)
+        return native->functions->open(model, native, error);
+    text_set(error, "not enough memory for the model");
+    return 1;
 }
 
 static struct native_model *new_model(const struct port_table *ports, double *values, struct text *error)

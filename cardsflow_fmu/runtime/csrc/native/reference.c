@@ -1,6 +1,5 @@
 /* The reference as a native model. Outputs: desired positions, velocities and accelerations, and loads. */
-#include "reference.h"
-
+#include "model.h"
 #include "reference_parts.h"
 
 #include <stdlib.h>
@@ -10,7 +9,7 @@ struct reference {
     double time;
     path_time path; /* constant without an input for the speed */
     double *reference, *loads, *speed, *reached;
-    reference_part parts[];
+    reference_part *parts;
 };
 
 static void evaluate(struct reference *c, double time)
@@ -67,16 +66,12 @@ static int after_restore(struct model *model)
     return 0;
 }
 
-static const struct native_memory MEMORY = {list_state, after_restore, free};
-
-static const struct model_functions FUNCTIONS = {
-    .initialize = initialize,
-    .step = step,
-    .reset = native_reset,
-    .get_state = native_get_state,
-    .set_state = native_set_state,
-    .close = native_close_model,
-};
+static void release(void *data)
+{
+    struct reference *c = data;
+    free(c->parts);
+    free(c);
+}
 
 /* ----------------------------------------------------------------------------------- opening */
 
@@ -91,30 +86,30 @@ static int place_parts(struct reference *c)
            native_parts_place(c->parts, &parts, s->of.reference.count / 3);
 }
 
-int native_reference_open(struct model *model, struct native_model *native, struct text *error)
+static int open_reference(struct model *model, struct native_model *native, struct text *error)
 {
-    struct reference_settings s;
-    if (reference_settings_read(&s, native->file.settings, native->file.settings_size)) {
+    struct reference *data = native->data;
+    struct reference_settings *s = &data->settings;
+    if (reference_settings_read(s, native->file.settings, native->file.settings_size)) {
         text_set(error, "native.bin does not hold a reference");
         return 1;
     }
-    struct reference *c = calloc(1, sizeof *c + s.of.parts.count * sizeof c->parts[0]);
-    if (!c) {
-        text_set(error, "not enough memory for the model");
+    data->parts = calloc(s->of.parts.count + 1, sizeof *data->parts);
+    if (!data->parts || place_parts(data)) {
+        text_set(error, data->parts ? "native.bin does not hold a reference" : "not enough memory for the model");
         return 1;
     }
-    native->data = c;
-    native->memory = &MEMORY;
-    c->settings = s;
-    if (place_parts(c)) {
-        text_set(error, "native.bin does not hold a reference");
-        return 1;
-    }
-    if (!(c->reference = native_values(native, s.of.reference, "reference", s.of.reference.count, error)) ||
-        !(c->loads = native_values(native, s.of.loads, "loads", ANY, error)) ||
-        !(c->speed = native_values(native, s.of.speed, "speed", ANY, error)) ||
-        !(c->reached = native_values(native, s.of.reached, "reached", ANY, error)))
-        return 1;
-    model->functions = &FUNCTIONS;
+    const size_t r = s->of.reference.count / 3;
+    REFERENCE_GROUPS(NATIVE_PLACE)
+    (void)model;
     return 0;
 }
+
+const struct native_functions native_reference = {
+    .model = {.initialize = initialize, .step = step, NATIVE_FUNCTIONS},
+    .size = sizeof(struct reference),
+    .open = open_reference,
+    .list_state = list_state,
+    .after_restore = after_restore,
+    .release = release,
+};

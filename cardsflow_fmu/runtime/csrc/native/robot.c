@@ -1,5 +1,6 @@
 #include "robot.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -66,6 +67,14 @@ int native_all_below(const uint32_t *indices, size_t count, size_t end)
 {
     for (size_t i = 0; i < count; i++)
         if (indices[i] >= end)
+            return 0;
+    return 1;
+}
+
+int native_all_finite(const double *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(values[i]))
             return 0;
     return 1;
 }

@@ -28,6 +28,7 @@ void native_robot_close(struct native_robot *robot);
 
 /* Return whether all indices are below `end`. */
 int native_all_below(const uint32_t *indices, size_t count, size_t end);
+int native_all_finite(const double *values, size_t count);
 
 /* Compute load = sign J' w at the last q, for forces w on rows of the tasks. */
 void native_robot_load(struct native_robot *robot, const uint32_t *rows, size_t count, const double *w,

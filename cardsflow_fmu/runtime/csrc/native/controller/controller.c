@@ -195,21 +195,13 @@ static size_t count_at_bounds(const struct controller *c, size_t count_of_all)
     return count;
 }
 
-static int all_finite(const double *values, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        if (!isfinite(values[i]))
-            return 0;
-    return 1;
-}
-
 static int are_inputs_finite(const struct controller *c)
 {
-    return all_finite(c->q, c->settings.of.q.count) && all_finite(c->qd, c->settings.of.qd.count) &&
-           all_finite(c->reference, c->settings.of.reference.count) &&
-           all_finite(c->loads, c->settings.of.loads.count) &&
-           all_finite(c->estimated_loads, c->settings.of.estimated_loads.count) &&
-           all_finite(c->states, c->settings.of.states.count);
+    return native_all_finite(c->q, c->settings.of.q.count) && native_all_finite(c->qd, c->settings.of.qd.count) &&
+           native_all_finite(c->reference, c->settings.of.reference.count) &&
+           native_all_finite(c->loads, c->settings.of.loads.count) &&
+           native_all_finite(c->estimated_loads, c->settings.of.estimated_loads.count) &&
+           native_all_finite(c->states, c->settings.of.states.count);
 }
 
 /* Restrict the forces of the loop to those that the muscles can reach. */
@@ -353,17 +345,6 @@ static void free_controller(void *data)
     free(c);
 }
 
-static const struct native_memory MEMORY = {list_state, NULL, free_controller};
-
-static const struct model_functions FUNCTIONS = {
-    .initialize = initialize,
-    .step = step,
-    .reset = native_reset,
-    .get_state = native_get_state,
-    .set_state = native_set_state,
-    .close = native_close_model,
-};
-
 /* ----------------------------------------------------------------------------------- opening it */
 
 static int open_loop(struct native_model *native, struct controller *c)
@@ -386,15 +367,9 @@ static int open_slips(struct controller *c, const struct native_robot *robot)
     return !c->last_position;
 }
 
-int native_controller_open(struct model *model, struct native_model *native, struct text *error)
+static int open_controller(struct model *model, struct native_model *native, struct text *error)
 {
-    struct controller *c = calloc(1, sizeof *c);
-    if (!c) {
-        text_set(error, "not enough memory for the controller");
-        return 1;
-    }
-    native->data = c;
-    native->memory = &MEMORY;
+    struct controller *c = native->data;
     if (native_controller_settings(c, native, error))
         return 1;
     if (native_muscles_open(&c->muscles, &native->robot, &c->settings) || native_ramp_open(c) ||
@@ -406,17 +381,23 @@ int native_controller_open(struct model *model, struct native_model *native, str
         text_set(error, "native.bin does not match its policy");
         return 1;
     }
-    if (native_predictive_open(c, native, tasks, error) || native_controller_fill(c, native, error) ||
-        native_motion_open(c, &native->robot, error) || native_reacting_open(c, &native->robot, error))
-        return 1;
-    model->functions = &FUNCTIONS;
-    return 0;
+    (void)model;
+    return native_predictive_open(c, native, tasks, error) || native_controller_fill(c, native, error) ||
+        native_motion_open(c, &native->robot, error) || native_reacting_open(c, &native->robot, error);
 }
+
+const struct native_functions native_controller = {
+    .model = {.initialize = initialize, .step = step, NATIVE_FUNCTIONS},
+    .size = sizeof(struct controller),
+    .open = open_controller,
+    .list_state = list_state,
+    .release = free_controller,
+};
 
 static struct controller *controller_in(struct model *model)
 {
     const struct native_model *native = model->backend;
-    return model->functions == &FUNCTIONS ? native->data : NULL;
+    return model->functions == &native_controller.model ? native->data : NULL;
 }
 
 int native_controller_use(struct model *model, const control_law *law, const struct muscle_functions *muscles)

@@ -6,9 +6,6 @@
 #include "../model.h"
 #include "muscles.h"
 
-/* Fill in the functions, and the data of the model beyond the robot. Return 0, or nonzero with a message. */
-int native_controller_open(struct model *model, struct native_model *native, struct text *error);
-
 /* Set a custom law, and muscle laws outside of C, of a controller. Return nonzero if the model is not a
    controller. */
 int native_controller_use(struct model *model, const control_law *law, const struct muscle_functions *muscles);

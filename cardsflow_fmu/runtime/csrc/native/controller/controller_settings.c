@@ -21,10 +21,11 @@ static int are_sound(const struct controller_settings *s, const struct native_ro
            (s->of.modelled.count == 0 || s->of.modelled.count == robot->m);
 }
 
-int native_controller_settings(struct controller *c, const struct native_model *native, struct text *error)
+int native_controller_settings(struct controller *data, const struct native_model *native, struct text *error)
 {
     const struct native_robot *robot = &native->robot;
     const size_t n = robot->n;
+    struct controller *c = data;
     struct controller_settings *s = &c->settings;
     if (controller_settings_read(s, native->file.settings, native->file.settings_size) || !are_sound(s, robot)) {
         text_set(error, DOES_NOT_FIT);
@@ -32,11 +33,7 @@ int native_controller_settings(struct controller *c, const struct native_model *
     }
     const size_t k = c->k = s->of.tasks.count, r = c->r = k ? k : n;
     const size_t a = c->a = robot->m + s->of.motors.count;
-#define PLACE(name, length)                                                                                   \
-    if (!(c->name = native_values(native, s->of.name, #name, length, error)))                                 \
-        return 1;
-    CONTROLLER_GROUPS(PLACE)
-#undef PLACE
+    CONTROLLER_GROUPS(NATIVE_PLACE)
     return 0;
 }
 

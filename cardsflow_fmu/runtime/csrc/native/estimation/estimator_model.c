@@ -1,6 +1,6 @@
 /* The estimator as a native model. Inputs: measurements; outputs: state, loads, standard deviations and
    validity. */
-#include "estimation_models.h"
+#include "../model.h"
 #include "fault_monitor.h"
 
 #include "../../../../../sim_dart/csrc/estimator/estimator.h"
@@ -28,19 +28,11 @@ static double *array(const struct estimator_model *s, const char *name)
     return estimator_array(s->estimator, name, &length);
 }
 
-static int all_finite(const double *values, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        if (!isfinite(values[i]))
-            return 0;
-    return 1;
-}
-
 /* Write the estimated offsets and their standard deviations; the last ones if they are not finite. */
 static void write_offsets(const struct estimator_model *s, size_t n)
 {
     const size_t first = 3 * n + 6 * (size_t)s->settings.of.units.count, count = s->settings.of.found_offsets.count;
-    if (!all_finite(s->state + first, s->settings.of.tracked.count))
+    if (!native_all_finite(s->state + first, s->settings.of.tracked.count))
         return;
     for (size_t i = 0; i < count; i++) {
         const size_t at = first + s->settings.measured[i];
@@ -52,7 +44,7 @@ static void write_offsets(const struct estimator_model *s, size_t n)
 /* Write the estimate; the last one if the current one is not finite. */
 static void write_outputs(const struct estimator_model *s, size_t n)
 {
-    if (all_finite(s->state, 3 * n) && all_finite(s->deviations, n)) {
+    if (native_all_finite(s->state, 3 * n) && native_all_finite(s->deviations, n)) {
         memcpy(s->q, s->state, n * sizeof(double));
         memcpy(s->qd, s->state + n, n * sizeof(double));
         memcpy(s->w, s->state + 2 * n, n * sizeof(double));
@@ -75,7 +67,7 @@ static int initialize(struct model *model)
         text_set(&model->error, "the estimator's step must be a positive time in s, not %.17g", s->step[0]);
         return 1;
     }
-    if (!all_finite(s->q_start, n) || !all_finite(s->offsets, s->settings.of.offsets.count)) {
+    if (!native_all_finite(s->q_start, n) || !native_all_finite(s->offsets, s->settings.of.offsets.count)) {
         text_set(&model->error, "the start of the estimator, or an offset, is not finite");
         return 1;
     }
@@ -160,17 +152,6 @@ static void free_estimator(void *data)
     free(s);
 }
 
-static const struct native_memory MEMORY = {list_state, after_restore, free_estimator};
-
-static const struct model_functions FUNCTIONS = {
-    .initialize = initialize,
-    .step = step,
-    .reset = native_reset,
-    .get_state = native_get_state,
-    .set_state = native_set_state,
-    .close = native_close_model,
-};
-
 /* Return whether the variables of faults exist if faults are detected. */
 static int has_all_faults(const struct estimator_settings *s)
 {
@@ -194,17 +175,6 @@ static int are_sound(const struct estimator_settings *s, const struct native_rob
            s->of.found_offsets.count == (s->of.tracked.count ? s->of.lengths.count : 0) &&
            s->of.offset_sd.count == s->of.found_offsets.count &&
            s->starts[0] >= 1 && s->starts[0] <= 100000;
-}
-
-static int place_values(struct estimator_model *s, const struct native_model *native, struct text *error)
-{
-    const size_t n = native->robot.n, i = s->settings.of.units.count;
-#define PLACE(name, length)                                                                                   \
-    if (!(s->name = native_values(native, s->settings.of.name, #name, length, error)))                        \
-        return 1;
-    ESTIMATOR_GROUPS(PLACE)
-#undef PLACE
-    return 0;
 }
 
 static int use_exact_transition(struct estimator_model *s, const core *c, struct text *error)
@@ -245,8 +215,9 @@ static int use_horizon(struct estimator_model *s, const core *c, struct text *er
     return 0;
 }
 
-static int fill(struct estimator_model *s, struct native_model *native, struct text *error)
+static int fill(struct model *model, struct native_model *native, struct text *error)
 {
+    struct estimator_model *data = native->data, *s = data;
     struct estimator_settings *of = &s->settings;
     const struct native_robot *robot = &native->robot;
     if (estimator_settings_read(of, native->file.settings, native->file.settings_size) || !are_sound(of, robot)) {
@@ -271,27 +242,24 @@ static int fill(struct estimator_model *s, struct native_model *native, struct t
         return 1;
     if (of->exact[0] != 0 && use_exact_transition(s, robot->core, error))
         return 1;
-    if (place_values(s, native, error) || fault_monitor_open(&s->monitor, of, robot, s->estimator, error))
+    const size_t n = robot->n, i = of->of.units.count;
+    ESTIMATOR_GROUPS(NATIVE_PLACE)
+    if (fault_monitor_open(&s->monitor, of, robot, s->estimator, error))
         return 1;
     const struct fault_variables values = {.commands = s->commands, .muscles = s->muscle_faults,
                                            .lengths = s->length_faults, .tensions = s->tension_faults,
                                            .encoders = s->encoder_faults, .bounds = s->bounds,
                                            .report = s->fault_report};
     s->monitor.out = values;
+    (void)model;
     return 0;
 }
 
-int native_estimator_open(struct model *model, struct native_model *native, struct text *error)
-{
-    struct estimator_model *s = calloc(1, sizeof *s);
-    if (!s) {
-        text_set(error, "not enough memory for the model");
-        return 1;
-    }
-    native->data = s;
-    native->memory = &MEMORY;
-    if (fill(s, native, error))
-        return 1;
-    model->functions = &FUNCTIONS;
-    return 0;
-}
+const struct native_functions native_estimator = {
+    .model = {.initialize = initialize, .step = step, NATIVE_FUNCTIONS},
+    .size = sizeof(struct estimator_model),
+    .open = fill,
+    .list_state = list_state,
+    .after_restore = after_restore,
+    .release = free_estimator,
+};

@@ -1,5 +1,5 @@
 /* Simulated sensors as a native model. Inputs: true state, tensions and torques; outputs: measurements. */
-#include "estimation_models.h"
+#include "../model.h"
 
 #include "../../../../../sim_dart/csrc/sensors/sensors.h"
 
@@ -87,17 +87,6 @@ static void release(void *data)
     free(s);
 }
 
-static const struct native_memory MEMORY = {list_state, NULL, release};
-
-static const struct model_functions FUNCTIONS = {
-    .initialize = initialize,
-    .step = step,
-    .reset = native_reset,
-    .get_state = native_get_state,
-    .set_state = native_set_state,
-    .close = native_close_model,
-};
-
 /* Return whether all indices are within their ranges, and all counts agree. */
 static int are_sound(const struct sensors_settings *s, const struct native_robot *robot)
 {
@@ -110,19 +99,9 @@ static int are_sound(const struct sensors_settings *s, const struct native_robot
            s->of.torques.count == s->of.measured_torques.count && s->delay[0] <= INT32_MAX;
 }
 
-static int place_values(struct sensors_model *s, const struct native_model *native, struct text *error)
+static int fill(struct model *model, struct native_model *native, struct text *error)
 {
-    const size_t n = native->robot.n, i = s->settings.of.units.count;
-#define PLACE(name, length)                                                                                   \
-    if (!(s->name = native_values(native, s->settings.of.name, #name, length, error)))                        \
-        return 1;
-    SENSORS_GROUPS(PLACE)
-#undef PLACE
-    return 0;
-}
-
-static int fill(struct sensors_model *s, struct native_model *native, struct text *error)
-{
+    struct sensors_model *data = native->data, *s = data;
     struct sensors_settings *of = &s->settings;
     const struct native_robot *robot = &native->robot;
     if (sensors_settings_read(of, native->file.settings, native->file.settings_size) || !are_sound(of, robot)) {
@@ -145,20 +124,16 @@ static int fill(struct sensors_model *s, struct native_model *native, struct tex
     s->true_q = array(s, "q", &length), s->true_qd = array(s, "qd", &length);
     s->true_tensions = array(s, "tensions", &length), s->true_torques = array(s, "torques", &length);
     s->channels = array(s, "readings", &length);
-    return place_values(s, native, error);
-}
-
-int native_sensors_open(struct model *model, struct native_model *native, struct text *error)
-{
-    struct sensors_model *s = calloc(1, sizeof *s);
-    if (!s) {
-        text_set(error, "not enough memory for the model");
-        return 1;
-    }
-    native->data = s;
-    native->memory = &MEMORY;
-    if (fill(s, native, error))
-        return 1;
-    model->functions = &FUNCTIONS;
+    const size_t n = robot->n, i = of->of.units.count;
+    SENSORS_GROUPS(NATIVE_PLACE)
+    (void)model;
     return 0;
 }
+
+const struct native_functions native_sensors = {
+    .model = {.initialize = initialize, .step = step, NATIVE_FUNCTIONS},
+    .size = sizeof(struct sensors_model),
+    .open = fill,
+    .list_state = list_state,
+    .release = release,
+};

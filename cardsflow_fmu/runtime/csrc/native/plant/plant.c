@@ -1,7 +1,5 @@
 /* The plant as a native model. Inputs: commands, motor torques, loads and wrenches; outputs: positions,
  * velocities, lengths, tasks, tensions, muscle states, energies and momenta. */
-#include "plant.h"
-
 #include "plant_continuous.h"
 #include "plant_derivative.h"
 #include "plant_inputs.h"
@@ -146,33 +144,23 @@ static int after_restore(struct model *model)
     return show(model);
 }
 
-static const struct native_memory MEMORY = {list_state, after_restore, native_plant_free};
-
-static const struct model_functions FUNCTIONS = {
-    .initialize = initialize,
-    .step = step,
-    .reset = native_reset,
-    .get_state = native_get_state,
-    .set_state = native_set_state,
-    .derivative = native_plant_derivative,
-    .close = native_close_model,
-};
-
-int native_plant_open(struct model *model, struct native_model *native, struct text *error)
+static int open_plant(struct model *model, struct native_model *native, struct text *error)
 {
-    struct plant *plant = calloc(1, sizeof *plant);
-    if (!plant) {
-        text_set(error, "not enough memory for the model");
-        return 1;
-    }
-    native->data = plant;
-    native->memory = &MEMORY;
+    struct plant *plant = native->data;
     if (native_plant_settings(plant, native, error))
         return 1;
-    model->functions = &FUNCTIONS;
     if (plant_is_continuous(plant))
         native_plant_continuous_open(model);
     else
         model->internal_step = plant->step;
     return 0;
 }
+
+const struct native_functions native_plant = {
+    .model = {.initialize = initialize, .step = step, .derivative = native_plant_derivative, NATIVE_FUNCTIONS},
+    .size = sizeof(struct plant),
+    .open = open_plant,
+    .list_state = list_state,
+    .after_restore = after_restore,
+    .release = native_plant_free,
+};

@@ -52,19 +52,9 @@ static int are_sound(const struct plant_settings *s, const struct native_robot *
            (integrator == 0 || (integrator == 1 && !has_friction(robot) && !robot->far));
 }
 
-static int place_values(struct plant *plant, const struct native_model *native, struct text *error)
+int native_plant_settings(struct plant *data, struct native_model *native, struct text *error)
 {
-    const size_t n = native->robot.n, m = native->robot.m;
-#define PLACE(name, length)                                                                                   \
-    if (!(plant->name = native_values(native, plant->settings.of.name, #name, length, error)))                \
-        return 1;
-    PLANT_GROUPS(PLACE)
-#undef PLACE
-    return 0;
-}
-
-int native_plant_settings(struct plant *plant, struct native_model *native, struct text *error)
-{
+    struct plant *plant = data;
     const struct native_robot *robot = &native->robot;
     struct plant_settings *s = &plant->settings;
     const struct native_group *points = &s->of.external_points;
@@ -94,14 +84,14 @@ int native_plant_settings(struct plant *plant, struct native_model *native, stru
         text_set(error, "native.bin does not match its plant");
         return 1;
     }
-    return place_values(plant, native, error);
+    const size_t n = robot->n, m = robot->m;
+    PLANT_GROUPS(NATIVE_PLACE)
+    return 0;
 }
 
 void native_plant_free(void *data)
 {
     struct plant *plant = data;
-    if (!plant)
-        return;
     free(plant->muscle_commands);
     free(plant->external_wrenches);
     free(plant->motor_torques);
