@@ -12,7 +12,6 @@ from support.robots.robots import EXAMPLES
 
 HEAVY = {
     "scipy",
-    "control",
     "qpsolvers",
     "matplotlib",
     "pandas",
