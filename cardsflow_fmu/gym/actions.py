@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
+from sim_dart.batch.episodes import ACTION
 
 ActionMap = Literal["auto", "sigmoid", "range"]
 
@@ -31,6 +32,7 @@ class Actions:
         size: Number of actions.
         rest: The smallest commands, shape (m,), with which muscles start.
         is_sigmoid: Whether the map is `sigmoid`.
+        table: Ranges of the commands, for `Rules` of episodes.
     """
 
     def __init__(self, robot: Robot, batch: Batch, kind: ActionMap = "auto") -> None:
@@ -54,11 +56,15 @@ class Actions:
             if not np.isfinite(limits).all():
                 raise InputError(f"motor {motor.name!r} needs limits of its torque for actions")
         self.size = len(driven) + len(motors)
-        self._columns = slice(None) if len(driven) == len(names) else driven
+        self._n = batch.n
         if not self.size:
             raise InputError(f"robot {robot.name!r} has neither driven muscles nor motors")
         self.rest = low
-        self._commands = np.tile(low, (batch.n, 1))
+        coordinates = [k for k, c in enumerate(robot.coordinates) if c.actuated]
+        self.table = np.zeros(self.size, ACTION)
+        self.table["muscle"] = [*driven, *[-1] * len(motors)]
+        self.table["dof"] = [*[-1] * len(driven), *coordinates]
+        self.table["low"], self.table["high"] = self.ranges()[1:3]
 
     def ranges(self) -> tuple[list[str], FloatArray, FloatArray, FloatArray]:
         """Return names, smallest, largest and resting commands of the actions."""
@@ -68,33 +74,17 @@ class Actions:
         rest = np.concatenate([self._low, np.clip(0.0, *self._tau.T)])
         return self._names, low, high, rest
 
-    def commands(self, actions: NDArray[np.floating]) -> tuple[FloatArray, FloatArray | None]:
-        """Return the commands, shape (n, m), and the torques of motors, shape (n, motors).
+    def check(self, actions: NDArray[np.floating]) -> None:
+        """Check actions of all instances, shape (n, k).
 
         Raises:
             InputError: An action is not finite, or the shape is wrong.
         """
-        values, shape = np.asarray(actions), (len(self._commands), self.size)
+        values, shape = np.asarray(actions), (self._n, self.size)
         if values.shape != shape:
             raise InputError(f"actions must have shape {shape}, not {values.shape}")
         if values.dtype.kind not in "fiu" or not np.isfinite(values).all():
             raise InputError(f"actions must be finite numbers, not {values!r}")
-        count = len(self._low)
-        clipped = np.clip(values, -1.0, 1.0, dtype=np.float64, casting="same_kind")
-        muscles, motors = clipped[:, :count], clipped[:, count:]
-        if self.is_sigmoid:
-            self._commands[:, self._columns] = 1.0 / (1.0 + np.exp(-5.0 * (muscles - 0.5)))
-        else:
-            self._commands[:, self._columns] = _scaled(muscles, self._low, self._high)
-        return self._commands, _scaled(motors, *self._tau.T) if len(self._tau) else None
-
-
-def _scaled(share: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Replace numbers from -1 to 1 by numbers from `low` to `high`, and return them."""
-    share += 1.0
-    share *= 0.5 * (high - low)
-    share += low
-    return share
 
 
 def _command_ranges(robot: Robot, batch: Batch) -> tuple[FloatArray, FloatArray]:

@@ -78,8 +78,9 @@ class CardsflowEnv(gymnasium.Env[Observations, NDArray[np.float32]]):
         if array.shape != self.action_space.shape:
             raise InputError(f"action must have shape {self.action_space.shape}, not {array.shape}")
         result = self.episodes.step(array[None])
+        terms = self.episodes.task.terms(result)
         self._frames.append(self._state())
-        info = {name: values[0].item() for name, values in result.terms.items()}
+        info = {name: values[0].item() for name, values in terms.items()}
         ends = bool(result.terminated[0]), bool(result.truncated[0])
         return result.observations[0], float(result.rewards[0]), *ends, info
 

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
+from gymnasium.utils import seeding
 from numpy.typing import NDArray
 
-from addin_sdfusion.robot import Robot, SimulationError
+from addin_sdfusion.robot import Robot
 from cardsflow_fmu.utils.arrays import BoolArray, FloatArray
 from sim_dart import Batch
+from sim_dart.batch import episodes as core
 from sim_dart.batch.arguments import integer
 
 from .actions import ActionMap, Actions
-from .draws import Draws
-from .tasks.task import Observations, Task, Terms
+from .tasks.task import Observations, Task
 
 
 @dataclass(frozen=True)
@@ -48,16 +47,6 @@ class Setup:
     folder: Any = field(default=None, compare=False)
 
 
-class Transition(NamedTuple):
-    """Result of a step of all instances, arrays with n rows."""
-
-    observations: Observations
-    rewards: FloatArray
-    terminated: BoolArray
-    truncated: BoolArray
-    terms: Terms
-
-
 class Episodes:
     """Episodes of n instances of a task.
 
@@ -69,7 +58,6 @@ class Episodes:
 
     Attributes:
         batch: The instances.
-        targets: Targets of the episodes, shape (n, k).
     """
 
     def __init__(
@@ -78,52 +66,49 @@ class Episodes:
         if max_episode_steps is not None:
             integer("max_episode_steps", max_episode_steps, 1)
         self.setup, self.task = setup, setup.task
-        self._max = np.inf if max_episode_steps is None else max_episode_steps
         options = {"integrator": setup.integrator, "substeps": setup.substeps}
         self.batch = Batch(
             setup.robot, n, setup.step, **options, variants=setup.variants, threads=threads
         )
-        self.actions = Actions(setup.robot, self.batch, setup.action)
-        self._draws, self._is_seeded = Draws(n), False
-        first = self.task.start(lambda count: np.zeros((n, count)))
-        self.targets: FloatArray = np.array(first.target)
-        self._features = self.task.features(self.batch)
-        self._effort = max(len(self.task.activation_columns(self.batch)), 1)
-        self._q = np.broadcast_to(first.q, self.batch.q.shape).copy()
+        self.actions, self._is_seeded = Actions(setup.robot, self.batch, setup.action), False
+        self._core = core.Episodes(self.batch, self._rules(max_episode_steps))
+
+    @property
+    def targets(self) -> FloatArray:
+        """Targets of the episodes, shape (n, k)."""
+        return self._core.targets
+
+    @property
+    def streams(self) -> NDArray[np.uint64]:
+        """States of the random numbers, shape (n,)."""
+        return self._core.streams
 
     def seed(self, seeds: Sequence[int | None], chosen: BoolArray | None = None) -> None:
         """Seed the random numbers of instances; None for a random seed."""
         for i, seed in enumerate(seeds):
             if chosen is None or chosen[i]:
-                self._draws.seed(i, seed)
+                generator = seeding.np_random(seed)[0].bit_generator
+                self.streams[i] = generator.random_raw()
         self._is_seeded = True
 
     def reset(self, chosen: BoolArray) -> None:
         """Start new episodes of chosen instances."""
         if not self._is_seeded:
             self.seed([None] * self.batch.n)
-        variant, draw = None, partial(self._draws.uniform, np.flatnonzero(chosen))
-        self._q[chosen], self.targets[chosen] = self.task.start(draw)
-        if len(self.setup.variants) > 1:
-            variant = self.batch.variant.copy()
-            variant[chosen] = len(self.setup.variants) * draw(1)[:, 0]
-        self.batch.reset(chosen, self._q, commands=self.actions.rest, variant=variant)
-        if self.setup.rest is not None:
-            for column in self.task.activation_columns(self.batch):
-                self.batch.states[chosen, column] = self.setup.rest
+        self._core.start(chosen)
 
     def observations(self) -> Observations:
         """Return the observations of all instances, shape (n, k)."""
-        return self.batch.features(self._features, self.targets)[0]
+        return self._core.evaluate().observations
 
-    def evaluate(self) -> tuple[Observations, FloatArray, Terms]:
-        """Return the observations, rewards and terms of the current states."""
-        observations, (distance, effort) = self.batch.features(self._features, self.targets)
-        ticks = self.batch.ticks
-        return observations, *self.task.rewards(distance, effort / self._effort, ticks)
+    def evaluate(self) -> core.Evaluation:
+        """Return the observations and rewards of the current states."""
+        return self._core.evaluate()
 
-    def step(self, actions: NDArray[np.floating], ended: BoolArray | None = None) -> Transition:
-        """Advance all instances by one step.
+    def step(
+        self, actions: NDArray[np.floating], ended: BoolArray | None = None
+    ) -> core.Evaluation:
+        """Advance all instances by one step, and return their observations and rewards.
 
         Args:
             actions: Actions from -1 to 1, shape (n, k). Values beyond are clipped.
@@ -132,20 +117,28 @@ class Episodes:
         Raises:
             InputError: An action is not finite, or the shape is wrong.
         """
-        inputs, moving = self.actions.commands(actions), None
-        if ended is not None and ended.any():
-            self.reset(ended)
-            moving = ~ended
-        with suppress(SimulationError):  # `diverged` specifies the instances
-            self.batch.step(*inputs, moving)
-        if self.task.reference is not None:
-            np.take(self.task.reference, self.batch.ticks, 0, out=self.targets, mode="clip")
-        observations, rewards, terms = self.evaluate()
-        terminated, bad = terms["done"], self.batch.diverged
-        if bad.any():
-            rewards[bad] = -self.task.weights["penalty"]
-            terminated = terminated | bad
-            terms["diverged"] = bad
-        if moving is not None:
-            rewards[ended], terminated = 0.0, terminated & moving
-        return Transition(observations, rewards, terminated, self.batch.ticks >= self._max, terms)
+        self.actions.check(actions)
+        return self._core.step(actions, ended)
+
+    def _rules(self, max_episode_steps: int | None) -> core.Rules:
+        task, batch = self.task, self.batch
+        start, activations = task.start(), task.activation_columns(batch)
+        columns = batch.columns("states")
+        return core.Rules(
+            q=start.q,
+            targets=start.targets,
+            points=start.points,
+            reference=task.reference,
+            rest=self.actions.rest,
+            activation=self.setup.rest,
+            actions=self.actions.table,
+            is_sigmoid=self.actions.is_sigmoid,
+            features=task.features(batch),
+            activation_columns=[columns[k] for k in activations],
+            near=task.near,
+            beyond=task.beyond,
+            far=task.far,
+            first_end=task.first_end,
+            last=np.inf if max_episode_steps is None else max_episode_steps,
+            weights=[task.weights[name] for name in (task.term, "bonus", "act_reg", "penalty")],
+        )

@@ -97,7 +97,8 @@ class CardsflowVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[An
             which = np.flatnonzero(before)
             raise InputError(f"episodes {which} have ended; reset them with options reset_mask")
         result = self.episodes.step(actions, before)
-        observations, rewards, terminated, truncated, terms = result
+        observations, rewards, terminated, truncated = result[:4]
+        terms = self.episodes.task.terms(result)
         runs = ~before
         infos: dict[str, Any] = {**terms, **dict.fromkeys((f"_{name}" for name in terms), runs)}
         self._ended = terminated | truncated

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import CardsflowError, InputError, Robot, SimulationError
 from sim_dart.core.arrays import BoolArray, FloatArray
@@ -15,7 +15,6 @@ from sim_dart.plant.settings import Rule, check_step, require_rk4_support
 
 from .arguments import chosen_instances, indices, integer, rows
 from .binding import BIAS, MASS_MATRIX, TASK_JACOBIAN, TENSIONS, batch_library
-from .features import NORMS, Feature
 from .instances import Instances
 from .threads import Threads
 
@@ -154,16 +153,15 @@ class Batch:
         """
         mask = None if chosen is None else chosen_instances(chosen, self.n)
         self._set_inputs(commands, torques, mask)
-        before, rule, groups = np.count_nonzero(self._answers), self._rule(), self._groups
+        before, rule = np.count_nonzero(self._answers), self._rule()
 
-        def run(thread: int, part: slice) -> None:
+        def run(part: slice, group: int | None) -> None:
             place, answers = self._instances.place(part), self._answers[part].ctypes.data
-            group = groups[thread].ctypes.data if groups else None
             moving = None if mask is None else mask[part].ctypes.data
             inputs = moving, *self._inputs(part)
             batch_library().core_batch_step(*place, *inputs, *rule, group, answers)
 
-        self._threads.share(run, self.n, is_small=self.n * self._substeps < _MIN_SHARED)
+        self._share_step(run)
         moved = self._answers == 0
         self.ticks += moved if mask is None else moved & mask
         if np.count_nonzero(self._answers) > before:
@@ -249,27 +247,6 @@ class Batch:
             return [columns[k] for k in self._task_rows]
         return [*self._instances.columns("law_states" if name == "states" else name)]
 
-    def features(
-        self, table: Feature, targets: FloatArray
-    ) -> tuple[NDArray[np.float32], FloatArray]:
-        """Return features of all instances, such as observations, and norms of some of them.
-
-        Args:
-            table: The features, from `sim_dart.batch.features`.
-            targets: Targets of the instances, shape (n, k), contiguous.
-
-        Returns:
-            The features, shape (n, len(table)), which are 0 for instances that diverged; and the
-            2-norms, shape (2, n).
-        """
-        values, norms = np.empty((self.n, len(table)), np.float32), np.empty((NORMS, self.n))
-        batch_library().core_batch_features(
-            *(*self._instances.place(slice(0, self.n)), len(table), table.ctypes.data),
-            *(targets.shape[1], targets.ctypes.data, self._answers.ctypes.data),
-            *(values.ctypes.data, norms.ctypes.data),
-        )
-        return values, norms
-
     def derivatives(self, commands: ArrayLike, torques: ArrayLike | None = None) -> Derivatives:
         """Return the exact derivatives of the next step, without a step.
 
@@ -317,6 +294,15 @@ class Batch:
         is_runge_kutta = int(self._options["integrator"] == "rk4")
         return self._length / self._substeps, self._substeps, is_runge_kutta
 
+    def _share_step(self, run: Callable[[slice, int | None], None]) -> None:
+        """Call `run` for the parts of the threads, with the addresses of memory for lanes."""
+        groups = [group.ctypes.data for group in self._groups]
+
+        def run_part(thread: int, part: slice) -> None:
+            run(part, groups[thread] if groups else None)
+
+        self._threads.share(run_part, self.n, is_small=self.n * self._substeps < _MIN_SHARED)
+
     def _inputs(self, part: slice) -> tuple[int, int | None]:
         """Return the addresses of the commands and of the torques of a part."""
         torques = self._torques[part].ctypes.data if self._has_torques else None
@@ -343,6 +329,12 @@ class Batch:
         at, rates = np.ascontiguousarray(q), np.ascontiguousarray(qd)
         arrays = mask.ctypes.data, at.ctypes.data, rates.ctypes.data, u
         batch_library().core_batch_reset(*place, *arrays, self._answers.ctypes.data)
+        self._require_started(mask)
+
+    def _require_started(self, mask: BoolArray) -> None:
+        """Report instances whose states could not be set."""
+        if not self._answers.any():
+            return
         bad = np.flatnonzero(mask & (self._answers != 0))
         if not len(bad):
             return

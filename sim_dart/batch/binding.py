@@ -30,9 +30,40 @@ def batch_library() -> Any:
     core.core_batch_derivatives.argtypes = [
         *(*instances, pointer, pointer, pointer, real, count, count, *inputs, pointer, pointer)
     ]
-    core.core_batch_features.argtypes = [
-        *(*instances, count, pointer, count, pointer, pointer, pointer, pointer)
-    ]
-    for name in ("step", "reset", "terms", "features", "derivatives"):
+    for name in ("step", "reset", "terms", "derivatives"):
         getattr(core, f"core_batch_{name}").restype = None
+    part: list[Any] = [pointer, count, count]
+    core.core_episodes_start.argtypes = [*part, pointer]
+    core.core_episodes_step.argtypes = [*part, pointer, pointer, pointer]
+    core.core_episodes_evaluate.argtypes = [*part, pointer, pointer, pointer, pointer]
+    for name in ("start", "step", "evaluate"):
+        getattr(core, f"core_episodes_{name}").restype = None
     return core
+
+
+def _fields(kind: Any, names: str) -> list[tuple[str, Any]]:
+    return [(name, kind) for name in names.split()]
+
+
+EPISODE_FIELDS: Any = [
+    *_fields(ctypes.c_void_p, "memory"),
+    *_fields(ctypes.c_size_t, "stride"),
+    *_fields(ctypes.c_int32, "instances width"),
+    *_fields(ctypes.c_void_p, "streams ticks targets q commands torques answers variants moving"),
+    *_fields(ctypes.c_void_p, "target_low target_high points q_low q_high"),
+    *_fields(ctypes.c_int32, "draws_targets draws_q point_count blob_count"),
+    *_fields(ctypes.c_void_p, "blobs blob_sizes zeros rest activation_columns"),
+    *_fields(ctypes.c_int32, "activations reference_rows"),
+    *_fields(ctypes.c_void_p, "reference"),
+    *_fields(ctypes.c_double, "activation"),
+    *_fields(ctypes.c_void_p, "actions"),
+    *_fields(ctypes.c_int32, "action_count is_sigmoid"),
+    *_fields(ctypes.c_double, "h"),
+    *_fields(ctypes.c_int32, "steps is_runge_kutta"),
+    *_fields(ctypes.c_void_p, "features"),
+    *_fields(ctypes.c_int32, "feature_count first_end"),
+    *_fields(ctypes.c_double, "near beyond far"),
+    ("weights", 4 * ctypes.c_double),
+    *_fields(ctypes.c_double, "last"),
+]
+"""Fields of `episodes` in episodes.h."""

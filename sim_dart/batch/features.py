@@ -9,9 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 Feature = NDArray[Any]
 
-NORMS = 2
-"""Number of norms, BATCH_NORMS."""
-
 _FEATURE = np.dtype(
     [("column", "i4"), ("target", "i4"), ("norm", "i4"), ("unused", "i4"), ("scale", "f8")]
 )
@@ -20,13 +17,13 @@ _FEATURE = np.dtype(
 def features(
     columns: ArrayLike, scale: float = 1.0, target: int | None = None, norm: int = -1
 ) -> Feature:
-    """Return features for `Batch.features`.
+    """Return features for `Rules` of episodes.
 
     Args:
         columns: Columns of the numbers, see `Batch.columns`; -1 for 0.
         scale: Factor of the numbers.
         target: Index of the target that is added to the first number; the others count up.
-        norm: Index of the norm that includes the features, 0 or 1; -1 for none.
+        norm: 0 for features of the distance, 1 for features of the effort; -1 for others.
     """
     rows = np.zeros(np.size(columns), _FEATURE)
     rows["column"], rows["scale"], rows["norm"] = columns, scale, norm

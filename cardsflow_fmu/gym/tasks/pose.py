@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from cardsflow_fmu.utils.arrays import FloatArray
 
-from .task import Draw, Start, Task
+from .task import Start, Task
 
 StartPose = Literal["initial", "random"]
 
@@ -60,19 +60,12 @@ class PoseTask(Task):
         self.columns = None if columns == list(range(len(names))) else columns
         self.near, self.far = positive("threshold", threshold), positive("far", far)
         self.beyond = 1.5 * self.near
-        self._initial = np.array([c.initial for c in robot.coordinates])
-        self._is_random = start == "random"
-        self._limits = limits(robot) if self._is_random else (self._initial, self._initial)
+        initial = np.array([c.initial for c in robot.coordinates])
+        self._poses = limits(robot) if start == "random" else (initial, initial)
 
-    def start(self, draw: Draw) -> Start:
-        """Draw the targets, then the start poses."""
-        targets = between(draw, self._low, self._high)
-        return Start(between(draw, *self._limits) if self._is_random else self._initial, targets)
-
-
-def between(draw: Draw, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Draw numbers uniformly from `low` to `high`, shape (i, k)."""
-    return low + (high - low) * draw(len(low))
+    def start(self) -> Start:
+        """Return the ranges of the targets and of the start poses."""
+        return Start(np.array(self._poses), np.array([self._low, self._high]))
 
 
 def bounds(label: str, ranges: Mapping[str, ArrayLike]) -> tuple[FloatArray, FloatArray]:

@@ -12,8 +12,8 @@ from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
 
-from .pose import between, bounds, limits, positive
-from .task import Draw, Start, Task
+from .pose import bounds, limits, positive
+from .task import Start, Task
 
 Sampling = Literal["box", "workspace"]
 
@@ -81,12 +81,9 @@ class ReachTask(Task):
         self._initial = np.array([c.initial for c in robot.coordinates])
         self._points = self._reachable(columns, poses or {}) if sampling == "workspace" else None
 
-    def start(self, draw: Draw) -> Start:
-        """Draw the targets."""
-        if self._points is None:
-            return Start(self._initial, between(draw, self._low, self._high))
-        chosen = (len(self._points) * draw(1)[:, 0]).astype(int)
-        return Start(self._initial, self._points[chosen])
+    def start(self) -> Start:
+        """Return the initial pose, and the boxes of the targets or reachable targets."""
+        return Start(np.array(2 * [self._initial]), np.array([self._low, self._high]), self._points)
 
     def _reachable(self, columns: list[int], ranges: Mapping[str, ArrayLike]) -> FloatArray:
         """Return positions of the points at random poses, shape (k, 3 points)."""

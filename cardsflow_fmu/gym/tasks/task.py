@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -11,27 +11,27 @@ from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
-from cardsflow_fmu.utils.arrays import FloatArray, IntArray
+from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
+from sim_dart.batch.episodes import Evaluation
 from sim_dart.batch.features import Feature, features
 
 Terms = dict[str, NDArray[Any]]
 Observations = NDArray[np.float32]
 
-Draw = Callable[[int], FloatArray]
-"""Function of a count that draws numbers from 0 to 1 for i instances, shape (i, count)."""
-
 
 class Start(NamedTuple):
-    """Starts of i episodes.
+    """Ranges from which the starts of episodes are drawn uniformly.
 
     Attributes:
-        q: Joint positions, shape (i, dofs), or (dofs,) for all, in [rad] or [m].
-        target: Targets of the episodes, shape (i, k).
+        q: Joint positions, from low to high, shape (2, dofs), in [rad] or [m].
+        targets: Targets, from low to high, shape (2, k).
+        points: Targets of which each episode draws one instead, shape (i, k), or None.
     """
 
     q: FloatArray
-    target: FloatArray
+    targets: FloatArray
+    points: FloatArray | None = None
 
 
 class Task(ABC):
@@ -81,12 +81,8 @@ class Task(ABC):
             self.weights[name] = float(weight)
 
     @abstractmethod
-    def start(self, draw: Draw) -> Start:
-        """Return the starts of episodes.
-
-        Args:
-            draw: Random numbers of the instances.
-        """
+    def start(self) -> Start:
+        """Return the ranges of starts of episodes."""
 
     def features(self, batch: Batch) -> Feature:
         """Return the features of the observation; their norms are distance and effort.
@@ -110,30 +106,11 @@ class Task(ABC):
         """Return the columns of the activations in the states of muscles."""
         return [k for k, n in enumerate(batch.state_names) if n.startswith("activation.")]
 
-    def rewards(
-        self, distance: FloatArray, effort: FloatArray, ticks: IntArray
-    ) -> tuple[FloatArray, Terms]:
-        """Return the rewards, shape (n,), and all terms, `solved` and `done`.
-
-        Args:
-            distance: Distances to the target, shape (n,).
-            effort: Norms of the activations divided by their number, shape (n,).
-            ticks: Numbers of steps, shape (n,).
-        """
-        done, solved = distance > self.far, distance < self.near
-        if self.first_end:
-            done &= ticks >= self.first_end
+    def terms(self, result: Evaluation) -> Terms:
+        """Return the reward terms by name, `solved`, `done`, and `diverged` if an instance has."""
+        distance, bonus, effort, penalty = result.terms
         terms: Terms = {
-            self.term: -distance,
-            "sparse": -distance,
-            "penalty": -1.0 * done,
-            "done": done,
-            "bonus": 1.0 * solved + (distance < self.beyond),
-            "solved": solved,
-            "act_reg": -effort,
+            **{self.term: distance, "sparse": distance, "penalty": penalty, "done": result.done},
+            **{"bonus": bonus, "solved": result.solved, "act_reg": effort},
         }
-        reward = np.zeros(len(distance))
-        for name, weight in self.weights.items():
-            if weight:
-                reward += weight * terms[name]
-        return reward, terms
+        return terms | {"diverged": result.diverged} if result.diverged.any() else terms

@@ -12,7 +12,7 @@ from addin_sdfusion.robot.model.trajectory import Space
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .pose import positive
-from .task import Draw, Start, Task
+from .task import Start, Task
 
 
 class TrackTask(Task):
@@ -48,13 +48,13 @@ class TrackTask(Task):
         super().__init__(robot, weights)
         if not np.isfinite(reference).all():
             raise InputError("the reference must be finite")
-        self.reference = np.hstack([reference, moves])
-        self._start, self._first = start, self.reference[:1]
+        self.reference: FloatArray = np.hstack([reference, moves])
+        self._start = start
         self.near, self.far = positive("threshold", threshold), positive("far", far)
         self.beyond = 2.0 * self.near
         self.space = space
         self.layout = ("error", "rate") if space == "joint" else ("y", "error", "rate")
 
-    def start(self, draw: Draw) -> Start:
-        """Return the start of the reference, without random numbers."""
-        return Start(self._start, np.tile(self._first, (len(draw(0)), 1)))
+    def start(self) -> Start:
+        """Return the start of the reference."""
+        return Start(np.array(2 * [self._start]), self.reference[[0, 0]])

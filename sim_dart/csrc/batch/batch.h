@@ -38,21 +38,4 @@ CORE_API void core_batch_reset(void *memory, size_t stride, int32_t count, const
 /* Compute the terms in `which`, a sum of enum batch_term, at the current states; u as for core_batch_step. */
 CORE_API void core_batch_terms(void *memory, size_t stride, int32_t count, int32_t which, const real *u);
 
-#define BATCH_NORMS 2
-
-/* Linear function of a number in the working memory of an instance and of its targets. */
-typedef struct {
-    int32_t column; /* index of the number; -1 without one */
-    int32_t target; /* index of the target that is added; -1 without one */
-    int32_t norm;   /* index of the norm to which the value belongs; -1: none */
-    int32_t unused;
-    double scale; /* factor of the number */
-} batch_feature;
-
-/* Write the values of `size` features, count x size, or zeros where the answer is not 0; and the 2-norms of those
-   that belong to one, BATCH_NORMS x count. targets: count x width. */
-CORE_API void core_batch_features(const void *memory, size_t stride, int32_t count, int32_t size,
-                                  const batch_feature *features, int32_t width, const double *targets,
-                                  const int32_t *answers, float *values, double *norms);
-
 #endif

@@ -14,12 +14,15 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from scipy.optimize import lsq_linear
-from support.robots.robots import EXAMPLES
+from support.robots.robots import EXAMPLES, with_coordinates
 
 import cardsflow_fmu.gym as gym
-from addin_sdfusion.robot import CardsflowError
+from addin_sdfusion.robot import CardsflowError, read_robot
 from addin_sdfusion.robot.json_text import json_text
-from cardsflow_fmu.gym.draws import Draws
+from cardsflow_fmu.gym.episodes import Setup
+from cardsflow_fmu.gym.tasks.pose import PoseTask
+from cardsflow_fmu.gym.vector_env import CardsflowVectorEnv
+from sim_dart import Batch
 
 POSE, REACH = "cardsflow/PlanarPose-v0", "cardsflow/PlanarReach-v0"
 PLANAR = EXAMPLES / "planar_2r"
@@ -78,13 +81,42 @@ def test_planar_targets_can_be_held_by_the_actions(corner: tuple[float, float]) 
         np.testing.assert_allclose(A @ found.x, torque, atol=1e-6)
 
 
-def test_draws_are_those_of_splitmix64() -> None:
-    """The numbers of the seed 1234567 are those of Rosetta Code, and independent of others."""
+def test_targets_are_drawn_by_splitmix64() -> None:
+    """The numbers of the seed 1234567 are those of Rosetta Code, for any number of instances."""
     expected = np.array([6457827717110365317, 3203168211198807973, 9817491932198370423], np.uint64)
-    draws = Draws(2)
-    draws._states[:] = 99, 1234567
-    found = np.concatenate([draws.uniform([1], 1), draws.uniform([0, 1], 2)[1:]], axis=1)
-    np.testing.assert_array_equal(found[0], (expected >> np.uint64(11)) * 2.0**-53)
+    targets = {"joint_1": (0.0, 1.0), "joint_2": (0.0, 2.0)}
+    for n in (1, 3):
+        env = gym.from_experiment(PLANAR, task="pose", targets=targets, num_envs=n)
+        env.reset(seed=0)
+        env.episodes.streams[-1] = 1234567
+        found = []
+        for _ in range(2):
+            env.episodes.reset(np.arange(n) == n - 1)
+            found += [*env.episodes.targets[-1] / [1.0, 2.0]]
+        np.testing.assert_array_equal(found[:3], (expected >> np.uint64(11)) * 2.0**-53)
+
+
+@pytest.mark.parametrize("name", ["planar_2r", "hill_arm"])
+def test_actions_are_mapped_to_commands_and_torques(name: str) -> None:
+    """A step equals that of a batch with commands by the formulas of both maps."""
+    robot = with_coordinates(
+        read_robot(EXAMPLES / name / "robot"), actuated=True, tau_min=-0.2, tau_max=0.6
+    )
+    setup = Setup(robot, PoseTask(robot, start="random"))
+    env, batch = CardsflowVectorEnv(setup, 3, max_episode_steps=None), Batch(robot, 3, 2e-3)
+    env.reset(seed=0)
+    m = len(robot.muscles)
+    actions = np.random.default_rng(0).uniform(-1.4, 1.4, env.action_space.shape)
+    batch.reset(q=env.episodes.batch.q, commands=env.episodes.batch.commands)
+    env.step(actions)
+    share = 0.5 + 0.5 * actions.clip(-1.0, 1.0)
+    u = 1.0 / (1.0 + np.exp(-5.0 * (actions[:, :m].clip(-1.0, 1.0) - 0.5)))
+    if name == "planar_2r":
+        f = [(muscle.f_min, muscle.f_max) for muscle in robot.muscles]
+        u = share[:, :m] * np.diff(f)[:, 0] + np.array(f)[:, 0]
+    for _ in range(setup.substeps):
+        batch.step(u, -0.2 + 0.8 * share[:, m:])
+    np.testing.assert_allclose(env.episodes.batch.get_state(), batch.get_state(), rtol=1e-9)
 
 
 def test_reset_mask_starts_only_chosen_episodes() -> None:

@@ -15,7 +15,6 @@ from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError, read_robot
 from sim_dart import Batch, Plant
-from sim_dart.batch.features import features
 from sim_dart.estimation.estimated_robot import without_limits
 
 STEP, SUBSTEPS = 3e-3, 3
@@ -110,25 +109,6 @@ def test_chosen_instances_are_reset_with_their_variant() -> None:
         one.step(np.full(4, 10.0))
     np.testing.assert_array_equal(batch.get_state(), again.get_state())
     assert before.ticks.tolist() == [0, 0, 0]
-
-
-def test_features_are_scaled_numbers_of_the_state_plus_targets() -> None:
-    batch = Batch(_robot("planar_2r"), 3)
-    batch.reset(q=[0.1, 0.2], qd=[0.3, -0.1])
-    batch.step(20.0 * np.ones(4))
-    at = batch.columns("task_position")
-    parts = [
-        features(batch.columns("qd"), 0.5),
-        features(at, -1.0, target=1, norm=0),
-        features([-1], target=0, norm=1),
-    ]
-    targets = np.arange(9.0).reshape(3, 3)
-    values, norms = batch.features(np.concatenate(parts), targets)
-    error = targets[:, 1:] - batch.task_position
-    np.testing.assert_array_equal(
-        values, np.float32(np.hstack([0.5 * batch.qd, error, targets[:, :1]]))
-    )
-    np.testing.assert_allclose(norms, [np.linalg.norm(error, axis=1), targets[:, 0]], rtol=1e-15)
 
 
 def test_terms_equal_those_of_the_motion_equation() -> None:
