@@ -24,11 +24,22 @@ from .references.reference import JointReference, Reference
 from .references.splines import SplineReference
 
 if TYPE_CHECKING:
-    from .analysis.gains import from_bandwidth, largest_stable_period, margins, sampling_warning
+    from .analysis.gains import (
+        from_bandwidth,
+        largest_stable_period,
+        lqr,
+        margins,
+        sampling_warning,
+    )
     from .analysis.inverse_dynamics import Motion, MotionForces, motion_terms, size_muscles
-    from .analysis.kinematics import inverse_kinematics
-    from .analysis.linearise import linearise_robot
-    from .analysis.stiffness import Stiffness
+    from .analysis.kinematics import forward_kinematics, inverse_kinematics
+    from .analysis.linearise import (
+        close_loop,
+        linearise_controller,
+        linearise_loop,
+        linearise_robot,
+    )
+    from .analysis.stiffness import Stiffness, task_stiffness
     from .analysis.workspace import Workspace, joint_grid
     from .force_distribution.methods import METHODS, distribute
     from .force_distribution.polygon import feasible_polygon
@@ -38,11 +49,11 @@ if TYPE_CHECKING:
     from .references.recorded import recorded_trajectory, waypoint_trajectory
 
 _MODULES = {
-    "analysis.gains": "from_bandwidth largest_stable_period margins sampling_warning",
+    "analysis.gains": "from_bandwidth largest_stable_period lqr margins sampling_warning",
     "analysis.inverse_dynamics": "Motion MotionForces motion_terms size_muscles",
-    "analysis.kinematics": "inverse_kinematics",
-    "analysis.linearise": "linearise_robot",
-    "analysis.stiffness": "Stiffness",
+    "analysis.kinematics": "forward_kinematics inverse_kinematics",
+    "analysis.linearise": "close_loop linearise_controller linearise_loop linearise_robot",
+    "analysis.stiffness": "Stiffness task_stiffness",
     "analysis.workspace": "Workspace joint_grid",
     "force_distribution.methods": "METHODS distribute",
     "force_distribution.polygon": "feasible_polygon",
@@ -79,18 +90,24 @@ __all__ = [
     "Stiffness",
     "TaskDynamics",
     "Workspace",
+    "close_loop",
     "distribute",
     "feasible_polygon",
+    "forward_kinematics",
     "from_bandwidth",
     "inverse_kinematics",
     "joint_grid",
     "largest_stable_period",
+    "linearise_controller",
+    "linearise_loop",
     "linearise_robot",
+    "lqr",
     "margins",
     "motion_terms",
     "recorded_trajectory",
     "sampling_warning",
     "size_muscles",
+    "task_stiffness",
     "waypoint_trajectory",
 ]
 

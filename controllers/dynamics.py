@@ -68,6 +68,13 @@ class LimitedDynamics(Dynamics, Protocol):
     def q_max(self) -> FloatArray: ...  # noqa: D102
 
 
+class PathDynamics(LimitedDynamics, Protocol):
+    """Dynamics of a robot that also provides its muscle lengths."""
+
+    def muscle_lengths(self, q: FloatArray) -> FloatArray:
+        """Return l(q), shape (m,), in [m]."""
+
+
 class TaskDynamics(LimitedDynamics, Protocol):
     """Dynamics of a robot with an operational space of k task coordinates.
 

@@ -7,34 +7,40 @@ sampling period T, a zero-order hold and a delay of d ticks, the closed-loop pol
 
 This assumes an exact model and forces within their limits. Muscle forces that are held while the
 robot moves act like springs, often with negative stiffness, and reduce the margins.
-`linearise_robot` includes this effect. A loop that predicts over its delay is treated as a loop
+`linearise_loop` includes this effect. A loop that predicts over its delay is treated as a loop
 without delay.
+
+Only `lqr` imports python-control, since the import takes about 1 s.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError
+from controllers.arrays import FloatArray
 from controllers.validation import float_array, is_finite, require_delay, require_positive
 
 
 class Gains(NamedTuple):
-    """Gains of one coordinate: u = Kp e + Kd e'.
+    """Gains of one coordinate: u = Kp e + Kd e' - k_held u_held.
 
     Attributes:
         kp: Position gain, in [1/s²].
         kd: Velocity gain, in [1/s].
+        k_held: Gain on the previous command, which acts until the new command takes effect;
+            dimensionless, 0 without delay.
     """
 
     kp: float
     kd: float
+    k_held: float = 0.0
 
 
 # Above this Kp/Kd² the root of the cubic equals its limit 2/3 Kd/Kp in double precision.
@@ -78,6 +84,54 @@ def from_bandwidth(omega: float, zeta: float = 1.0) -> Gains:
     """
     require_positive(omega=omega, zeta=zeta)
     return Gains(omega**2, 2.0 * zeta * omega)
+
+
+def lqr(q_weight: ArrayLike, r_weight: float, period: float = 0.0, delay: int = 0) -> Gains:
+    """Return the gains that minimise the sum of T (x' Q x + r u²), x = (e, e').
+
+    python-control solves the Riccati equation. With a delay, the gains belong to the
+    delay-augmented loop: K₀ [A B], where K₀ are the gains without delay. This is equivalent to K₀
+    applied to the state that is predicted for the time at which the command takes effect.
+
+    Args:
+        q_weight: Diagonal of Q, shape (2,), in [1/rad²] and [s²/rad²], or only its first number.
+        r_weight: r, in [s⁴/rad²].
+        period: T, in [s]; 0 for a continuous loop.
+        delay: Ticks until a command takes effect: 0 or 1.
+
+    Raises:
+        InputError: A weight, the period or the delay is wrong.
+    """
+    import control
+
+    Q = np.diag(_state_weights(q_weight))
+    require_positive(r_weight=r_weight)
+    require_delay(delay)
+    if period == 0.0:
+        if delay:
+            raise InputError("a delay in ticks requires a period")
+        A, B = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]])
+        return _solve_riccati(control.lqr, A, B, Q, r_weight)
+    require_positive(period=period)
+    A, B = _double_integrator(period)
+    if delay:
+        A = np.block([[A, B], [np.zeros((1, 3))]])
+        B = np.array([[0.0], [0.0], [1.0]])
+        Q = np.diag([*np.diag(Q), 0.0])
+    return _solve_riccati(control.dlqr, A, B, Q, r_weight)
+
+
+def _solve_riccati(
+    riccati: Callable[..., Any], A: FloatArray, B: FloatArray, Q: FloatArray, r: float
+) -> Gains:
+    """Return the gains of a Riccati solver of python-control."""
+    try:
+        with np.errstate(all="ignore"):
+            K, _, _ = riccati(A, B, Q, r)
+    except (np.linalg.LinAlgError, ValueError):
+        weights = np.diag(Q)[:2].tolist()
+        raise InputError(f"no gains found for weights {weights} and r_weight {r!r}") from None
+    return Gains(*map(float, K[0]))
 
 
 def poles(kp: float, kd: float, period: float, delay: int = 0) -> NDArray[np.complex128]:
@@ -233,6 +287,24 @@ def _modulus_margin(a: float, b: float, delay: int, crossing: float) -> float:
         k = int(np.argmin(distance))
         w = np.linspace(w[max(k - 1, 0)], w[min(k + 1, len(w) - 1)], 101)
     return float(distance[k])
+
+
+def _double_integrator(T: float) -> tuple[FloatArray, FloatArray]:
+    """Return A and B of e'' = u, sampled with a zero-order hold."""
+    return np.array([[1.0, T], [0.0, 1.0]]), np.array([[0.5 * T**2], [T]])
+
+
+def _state_weights(q_weight: ArrayLike) -> FloatArray:
+    weights = np.atleast_1d(float_array("q_weight", q_weight))
+    if weights.shape == (1,):
+        weights = np.array([weights[0], 0.0])
+    if weights.shape != (2,) or not np.isfinite(weights).all() or (weights < 0).any():
+        raise InputError(
+            f"q_weight must be one or two finite non-negative numbers, not {q_weight!r}"
+        )
+    if weights[0] == 0.0:
+        raise InputError("the first number of q_weight, the position weight, must be positive")
+    return weights
 
 
 def _check_loop(kp: float, kd: float, period: float, delay: int) -> None:

@@ -1,4 +1,4 @@
-"""Inverse kinematics from a task position."""
+"""Forward kinematics from muscle lengths and inverse kinematics from a task position."""
 
 from __future__ import annotations
 
@@ -9,15 +9,36 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import TaskDynamics, close_loops
+from controllers.dynamics import PathDynamics, TaskDynamics, close_loops
 from controllers.validation import finite_vector, is_finite
 
+_RELATIVE_TOLERANCE = 1e-15  # relative change at which least squares stops
 _MAX_STEP = 0.3  # step length of one iteration, in [rad] or [m]
 _NEAR_LIMIT = 1e-6  # distance from a limit at which a coordinate is at it, in [rad] or [m]
 _POSTURE_WEIGHT = 1e-5  # weight of the posture relative to the task, after the task is reached
 _ROUNDING = 1e-13  # task error caused by rounding, in [m] or [rad]
 _MIN_STEP = 1e-6  # step length at which the search stops, in [rad] or [m]
 _ITERATIONS = 200
+
+
+@dataclass(frozen=True, eq=False)
+class ForwardKinematics:
+    """A configuration found from muscle lengths.
+
+    Attributes:
+        q: Joint positions, shape (n,), in [rad] or [m].
+        residual: l(q) - l, shape (m,), in [m]; near 0 if the lengths are consistent.
+        determined: Whether L(q) has full column rank, so that the lengths determine all of q.
+    """
+
+    q: FloatArray
+    residual: FloatArray
+    determined: bool
+
+    @property
+    def error(self) -> float:
+        """Largest length error, in [m]."""
+        return float(np.abs(self.residual).max(initial=0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +54,60 @@ class InverseKinematics:
     q: FloatArray
     error: FloatArray
     at_limits: tuple[str, ...]
+
+
+def forward_kinematics(
+    robot: PathDynamics,
+    lengths: ArrayLike,
+    q_start: ArrayLike,
+    *,
+    starts: int = 1,
+    seed: int = 0,
+) -> ForwardKinematics:
+    """Compute a configuration from muscle lengths: min |l(q) - l|² within the joint limits.
+
+    The method corresponds to `FKLeastSquares` of CASPR. If several configurations have the given
+    lengths, the start selects one of them. With several starts, the function returns the
+    configuration with the smallest residual.
+
+    Args:
+        lengths: l, shape (m,), in [m].
+        q_start: Start, shape (n,), in [rad] or [m], such as the previous q of a motion.
+        starts: Number of starts: `q_start` and random ones. Random starts are within the limits,
+            or within pi of `q_start`, in [rad] or [m], for a coordinate without limits.
+        seed: Seed of the random starts.
+
+    Raises:
+        InputError: A size is wrong or a number is not finite.
+    """
+    n, m = len(robot.coordinate_names), len(robot.muscle_names)
+    desired, first = finite_vector("lengths", lengths, m), finite_vector("q_start", q_start, n)
+
+    def error(q: FloatArray) -> FloatArray:
+        return robot.muscle_lengths(q) - desired
+
+    from scipy.optimize import least_squares  # late, since the import takes 0.5 s
+
+    best: ForwardKinematics | None = None
+    for start in _starts(first, robot.q_min, robot.q_max, starts, seed):
+        answer = least_squares(
+            error,
+            start,
+            robot.muscle_jacobian,
+            bounds=_widen_limits(robot.q_min, robot.q_max),
+            ftol=_RELATIVE_TOLERANCE,
+            xtol=_RELATIVE_TOLERANCE,
+            gtol=_RELATIVE_TOLERANCE,
+            x_scale="jac",
+            max_nfev=_ITERATIONS,
+        )
+        q = np.clip(answer.x, robot.q_min, robot.q_max)
+        residual = robot.muscle_lengths(q) - desired
+        if best is None or np.linalg.norm(residual) < np.linalg.norm(best.residual):
+            full = bool(np.linalg.matrix_rank(robot.muscle_jacobian(q)) == n)
+            best = ForwardKinematics(q, residual, full)
+    assert best is not None
+    return best
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a position out of reach is rejected
@@ -203,3 +278,9 @@ def _starts(
     high = np.where(np.isfinite(q_max), q_max, first + np.pi)
     rng = np.random.default_rng(seed)
     return [first, *(rng.uniform(low, high) for _ in range(count - 1))]
+
+
+def _widen_limits(q_min: FloatArray, q_max: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return slightly wider limits, since scipy requires a start strictly between them."""
+    slack = 1e-12 * np.maximum(1.0, np.abs(np.where(np.isfinite(q_min), q_min, 0.0)))
+    return q_min - slack, np.maximum(q_max, q_min) + slack

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, SimulationError
 from controllers.arrays import FloatArray
-from controllers.dynamics import Dynamics
+from controllers.dynamics import Dynamics, TaskDynamics
 from controllers.validation import finite_vector, is_finite, named_vector
 
 STEP = 1e-3
@@ -176,6 +176,26 @@ def stiffness(
         float(np.abs(K_g - K_g.T).max(initial=0.0)),
         dynamics.coordinate_names,
     )
+
+
+def task_stiffness(
+    dynamics: TaskDynamics, q: ArrayLike, forces: ArrayLike, muscle_stiffness: ArrayLike
+) -> FloatArray:
+    """Compute the stiffness of the task coordinates, shape (k, k).
+
+    Args:
+        dynamics: The robot.
+        q: Joint positions, shape (n,), in [rad] or [m].
+        forces: f, shape (m,), in [N].
+        muscle_stiffness: k, a number or shape (m,), in [N/m].
+
+    Raises:
+        InputError: A size is wrong, a number is out of range, or the task coordinates are linearly
+            dependent.
+        SimulationError: The configuration is not stable.
+    """
+    joint = stiffness(dynamics, q, forces, muscle_stiffness=muscle_stiffness)
+    return joint.task_stiffness(dynamics.task_jacobian(np.asarray(q, dtype=np.float64)))
 
 
 def _jacobian(function: Callable[[FloatArray], FloatArray], q: FloatArray, h: float) -> FloatArray:

@@ -20,6 +20,7 @@ from controllers import (
     from_bandwidth,
     inverse_kinematics,
     largest_stable_period,
+    lqr,
     sampling_warning,
 )
 
@@ -54,6 +55,8 @@ WRONG: dict[str, Callable[[], object]] = {
     "the reference has shape": lambda: loop().tick(ZERO, ZERO, np.zeros((2, 2))),
     "q has shape": lambda: loop(delay=1).tick(THREE, ZERO, np.zeros((3, 2))),
     "omega": lambda: from_bandwidth("wide"),
+    "q_weight": lambda: lqr("a", 1.0),
+    "no gains found": lambda: lqr(1e300, 1e-300, 1e-9),
     "kp .* and kd .* must have equal lengths": lambda: sampling_warning([1, 2], [1, 2, 3], 0.01),
     "axes": lambda: FlowerReference(THREE, "plane", 1.0, 1.0),
     "radius": lambda: FlowerReference(THREE, PLANE, "wide", 1.0),

@@ -12,6 +12,7 @@ from support.robots.robots import EXAMPLES
 
 HEAVY = {
     "scipy",
+    "control",
     "qpsolvers",
     "matplotlib",
     "pandas",

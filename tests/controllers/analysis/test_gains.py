@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 
 import control
 import numpy as np
@@ -27,7 +29,7 @@ def radius(kp: float, kd: float, period: float, delay: int) -> float:
 
 
 def test_gains_place_the_poles_of_the_continuous_loop() -> None:
-    kp, kd = gains.from_bandwidth(30.0, 0.7)
+    kp, kd, _ = gains.from_bandwidth(30.0, 0.7)
     poles = np.roots([1.0, kd, kp])
     np.testing.assert_allclose(np.abs(poles), 30.0)
     np.testing.assert_allclose(-poles.real / np.abs(poles), 0.7)
@@ -130,6 +132,52 @@ def test_unstable_loop_has_zero_margins() -> None:
     assert found.gain_margin == found.phase_margin == found.delay_margin == 0.0
 
 
+def test_continuous_lqr_matches_the_closed_form() -> None:
+    """Kp = sqrt(q1/r), Kd = sqrt(q2/r + 2 Kp)."""
+    kp, kd, held = gains.lqr([1.0, 1e-3], 1e-6)
+    assert kp == pytest.approx(1000.0)
+    assert kd == pytest.approx(math.sqrt(1000.0 + 2000.0))
+    assert held == 0.0
+    np.testing.assert_allclose(gains.lqr([1.0, 1e-3], 1e-6, 1e-6), [kp, kd, 0.0], rtol=1e-3)
+
+
+@pytest.mark.slow
+@given(st.floats(1e-6, 1e2), st.floats(0.0, 1.0), st.floats(1e-3, 0.1))
+def test_sampled_lqr_is_stable_for_long_periods(r: float, velocity: float, period: float) -> None:
+    kp, kd, _ = gains.lqr([1.0, velocity], r, period)
+    assert radius(kp, kd, period, 0) < 1.0
+
+
+def test_lqr_with_delay_acts_on_the_predicted_state() -> None:
+    """K = K0 [A B] compensates the delay: the poles are those without delay, and 0."""
+    T = 0.01
+    A, B = np.array([[1.0, T], [0.0, 1.0]]), np.array([[0.5 * T**2], [T]])
+    K0 = np.array(gains.lqr(1.0, 1e-6, T)[:2])
+    K = np.array(gains.lqr(1.0, 1e-6, T, delay=1))
+    np.testing.assert_allclose(K, np.concatenate([K0 @ A, K0 @ B]), rtol=1e-6)
+    late = np.block([[A, B], [-K[None, :2], -K[None, 2:]]])
+    prompt = np.abs(np.linalg.eigvals(A - B @ K0[None]))
+    found = np.sort(np.abs(np.linalg.eigvals(late)))
+    np.testing.assert_allclose(found, [0.0, *np.sort(prompt)], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"q_weight": [0.0, 1.0]},
+        {"q_weight": [1.0, -1.0]},
+        {"q_weight": [1.0, 1.0, 1.0]},
+        {"r_weight": 0.0},
+        {"period": -1.0},
+        {"period": 0.01, "delay": 2},
+        {"delay": 1},
+    ],
+)
+def test_wrong_weights_raise_an_error(wrong: dict) -> None:
+    with pytest.raises(InputError, match=next(reversed(wrong))):
+        gains.lqr(**{"q_weight": 1.0, "r_weight": 1.0, **wrong})
+
+
 @pytest.mark.parametrize("wrong", [{"kp": -1.0}, {"kd": math.nan}, {"period": 0.0}, {"delay": 3}])
 def test_wrong_loops_raise_an_error(wrong: dict) -> None:
     with pytest.raises(InputError, match=next(iter(wrong))):
@@ -145,3 +193,12 @@ def test_warning_names_the_worst_coordinate_and_its_limit() -> None:
     assert gains.sampling_warning([400, 2000], [40, 90], 0.01, 0, ["elbow", "shoulder"]) is None
     assert gains.sampling_warning(400, 0, 0.01) is not None
     assert gains.sampling_warning([0, 400], [0, 40], 0.01) is None
+
+
+@pytest.mark.slow
+def test_warning_does_not_import_python_control() -> None:
+    code = (
+        "import sys; from controllers.analysis.gains import sampling_warning;"
+        "sampling_warning(2000, 90, 0.01, 1); sys.exit('control' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

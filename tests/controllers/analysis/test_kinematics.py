@@ -1,4 +1,4 @@
-"""Tests of inverse kinematics."""
+"""Tests of forward and inverse kinematics."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from support.robots.random_robots import random_robot
 from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError, Robot, TaskFrame, TaskSet, read_robot
-from controllers.analysis.kinematics import inverse_kinematics
+from controllers.analysis.kinematics import forward_kinematics, inverse_kinematics
 from sim_dart import DartDynamics
 
 
@@ -31,6 +31,53 @@ def limited(robot: Robot, lower: float, upper: float) -> Robot:
 @pytest.fixture
 def left_arm(shared: Path) -> DartDynamics:
     return DartDynamics(read_robot(shared / "robots/caspr/RoboyLeftArm", "DEFAULT"))
+
+
+def test_lengths_determine_the_configuration_of_the_two_link_arm(arm: DartDynamics) -> None:
+    rng = np.random.default_rng(0)
+    for q in rng.uniform(-0.8, 0.8, (20, 2)):
+        found = forward_kinematics(arm, arm.muscle_lengths(q), q + rng.uniform(-0.2, 0.2, 2))
+        np.testing.assert_allclose(found.q, q, atol=1e-10)
+        assert found.error < 1e-12
+        assert found.determined
+
+
+def test_lengths_determine_the_configuration_of_the_left_arm(left_arm: DartDynamics) -> None:
+    rng = np.random.default_rng(1)
+    low, high = np.array([1.2, -0.8, -0.5, -1.4]), np.array([1.7, 0.8, 0.5, 0.0])
+    for q in rng.uniform(low, high, (20, 4)):
+        start = q + rng.uniform(-0.2, 0.2, 4)
+        found = forward_kinematics(left_arm, left_arm.muscle_lengths(q), start)
+        np.testing.assert_allclose(found.q, q, atol=1e-9)
+        assert (found.q >= left_arm.q_min).all()
+        assert (found.q <= left_arm.q_max).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_lengths_determine_the_configuration_of_random_trees(seed: int) -> None:
+    robot = DartDynamics(random_robot(seed, joints=4, muscles=10))
+    rng = np.random.default_rng(seed)
+    for q in rng.uniform(-1, 1, (4, 4)):
+        found = forward_kinematics(robot, robot.muscle_lengths(q), q + rng.uniform(-0.1, 0.1, 4))
+        assert found.error < 1e-10
+        if found.determined and np.linalg.cond(robot.muscle_jacobian(q)) < 1e3:
+            np.testing.assert_allclose(found.q, q, atol=1e-7)
+
+
+def test_inconsistent_lengths_leave_a_residual(arm: DartDynamics) -> None:
+    lengths = arm.muscle_lengths([0.1, 0.2]) + np.array([0.1, 0.0, 0.1, 0.0])
+    found = forward_kinematics(arm, lengths, [0.0, 0.0])
+    assert found.error > 0.02
+    slope = arm.muscle_jacobian(found.q).T @ found.residual
+    np.testing.assert_allclose(slope, 0.0, atol=1e-8)  # a local minimum
+
+
+def test_additional_starts_find_the_configuration() -> None:
+    arm = DartDynamics(limited(planar_2r(), -1.5, 1.5))
+    lengths = arm.muscle_lengths([0.9, -1.2])
+    far = forward_kinematics(arm, lengths, [-1.5, 1.5], starts=20)
+    assert far.error < 1e-12
+    np.testing.assert_allclose(far.q, [0.9, -1.2], atol=1e-9)
 
 
 def test_task_is_reached_near_the_posture(left_arm: DartDynamics) -> None:
@@ -111,13 +158,17 @@ def test_locked_coordinate_does_not_move() -> None:
     found = inverse_kinematics(arm, y, [0.0, 0.3])
     np.testing.assert_allclose(found.q, [0.2, 0.5], atol=1e-7)
     assert found.at_limits == ("joint_1",)
+    back = forward_kinematics(arm, arm.muscle_lengths([0.2, 0.5]), [0.0, 0.3])
+    np.testing.assert_allclose(back.q, [0.2, 0.5], atol=1e-9)
 
 
 def test_wrong_input_raises_an_error(arm: DartDynamics) -> None:
+    with pytest.raises(InputError, match="lengths must be 4"):
+        forward_kinematics(arm, [1.0], [0.0, 0.0])
     with pytest.raises(InputError, match="q_start must be 2 finite"):
-        inverse_kinematics(arm, [0.5, 1.0], [0.0, np.nan])
+        forward_kinematics(arm, np.ones(4), [0.0, np.nan])
     with pytest.raises(InputError, match="starts must be"):
-        inverse_kinematics(arm, [0.5, 1.0], [0.0, 0.0], starts=0)
+        forward_kinematics(arm, np.ones(4), [0.0, 0.0], starts=0)
     for change in ({"y": [0.0]}, {"posture": [0.0]}, {"tolerance": 0.0}, {"q_start": "no"}):
         arguments: dict[str, object] = {"y": [0.5, 1.0], "q_start": [0.1, 0.1]} | change
         with pytest.raises(InputError, match=next(iter(change))):

@@ -1,19 +1,23 @@
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError
 from controllers import JointSpaceController
-from controllers.analysis.linearise import acceleration, jacobian, linearise_robot
+from controllers.analysis.linearise import (
+    LinearLoop,
+    acceleration,
+    close_loop,
+    linearise_controller,
+    linearise_loop,
+    linearise_robot,
+)
 from sim_dart import DartDynamics, Plant
 
 END = np.array([-0.5, 0.5])
 ZERO = np.zeros(2)
-Move = Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 class Case:
@@ -28,25 +32,13 @@ class Case:
     def controller(self, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
         return self.law.solve(q, qd, END, ZERO, ZERO).forces
 
-    def predicted_loop(self, period: float, delay: int) -> np.ndarray:
-        """Return the matrix of the loop from linear models; a state with delay ends with f."""
-        K = jacobian(lambda x: self.controller(x[:2], x[2:]), np.concatenate([END, ZERO]))
-        A, B = self.robot.sampled(period)
-        return np.block([[A, B], [K, np.zeros((4, 4))]]) if delay else A + B @ K
+    def predicted_loop(self, period: float, delay: int) -> LinearLoop:
+        """Return the loop computed from linear models of its parts."""
+        K = linearise_controller(self.controller, END, ZERO)
+        return close_loop(self.robot, K, period, delay)
 
-    def numeric_loop(self, move: Move, delay: int) -> np.ndarray:
-        """Return the matrix of the loop by differences of a whole tick."""
-
-        def tick(x: np.ndarray) -> np.ndarray:
-            f = self.controller(x[:2], x[2:4])
-            after = np.concatenate(move(x[:2], x[2:4], x[4:] if delay else f))
-            return np.concatenate([after, f]) if delay else after
-
-        forces = self.controller(END, ZERO)
-        return jacobian(tick, np.concatenate([END, ZERO, forces] if delay else [END, ZERO]))
-
-    def dart_loop(self, period: float, delay: int, step: float) -> np.ndarray:
-        """Return the matrix of the loop with the DART plant."""
+    def numeric_loop(self, period: float, delay: int, step: float) -> LinearLoop:
+        """Return the loop with the DART plant, linearised numerically."""
         plant = Plant(planar_2r(), step=step)
 
         def move(q: np.ndarray, qd: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -55,11 +47,7 @@ class Case:
                 plant.step(f)
             return plant.q, plant.qd
 
-        return self.numeric_loop(move, delay)
-
-
-def spectral_radius(A: np.ndarray) -> float:
-    return float(np.abs(np.linalg.eigvals(A)).max())
+        return linearise_loop(move, self.controller, END, ZERO, delay=delay)
 
 
 def integrate(
@@ -88,19 +76,21 @@ def test_poles_of_linear_and_sampled_loops_are_equal(period: float, delay: int) 
     def move(q: np.ndarray, qd: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return integrate(case.dynamics, q, qd, f, period)
 
-    whole, parts = case.numeric_loop(move, delay), case.predicted_loop(period, delay)
-    np.testing.assert_allclose(whole, parts, atol=1e-5 * np.abs(parts).max())
-    poles = [np.sort_complex(np.linalg.eigvals(A)) for A in (whole, parts)]
-    assert np.abs(poles[0] - poles[1]).max() < 1e-5
-    assert spectral_radius(whole) == pytest.approx(spectral_radius(parts), abs=1e-7)
+    whole = linearise_loop(move, case.controller, END, ZERO, delay=delay)
+    parts = case.predicted_loop(period, delay)
+    np.testing.assert_allclose(whole.A, parts.A, atol=1e-5 * np.abs(parts.A).max())
+    difference = np.sort_complex(whole.poles) - np.sort_complex(parts.poles)
+    assert np.abs(difference).max() < 1e-5
+    assert whole.spectral_radius == pytest.approx(parts.spectral_radius, abs=1e-7)
 
 
 @pytest.mark.parametrize("delay", [0, 1])
 def test_dart_loop_converges_to_the_linear_loop_with_its_step(delay: int) -> None:
     case = Case()
-    predicted = spectral_radius(case.predicted_loop(0.01, delay))
+    predicted = case.predicted_loop(0.01, delay).spectral_radius
     rough, fine = (
-        abs(spectral_radius(case.dart_loop(0.01, delay, step)) - predicted) for step in (1e-3, 1e-4)
+        abs(case.numeric_loop(0.01, delay, step).spectral_radius - predicted)
+        for step in (1e-3, 1e-4)
     )
     assert rough < 7e-3
     assert fine < 8e-4
@@ -120,8 +110,8 @@ def test_dart_loop_converges_to_the_linear_loop_with_its_step(delay: int) -> Non
 )
 def test_published_spectral_radii(f_min: float, period: float, delay: int, radius: float) -> None:
     """Loops with radii above 1 diverged in simulations with DART at 1 kHz."""
-    loop = Case(f_min).dart_loop(period, delay, 1e-3)
-    assert spectral_radius(loop) == pytest.approx(radius, abs=1e-3)
+    loop = Case(f_min).numeric_loop(period, delay, 1e-3)
+    assert loop.spectral_radius == pytest.approx(radius, abs=1e-3)
 
 
 @pytest.mark.parametrize(("f_min", "fastest"), [(0.0, 79.0), (10.0, 1759.0), (20.0, 3440.0)])
@@ -153,6 +143,10 @@ def test_wrong_operating_points_raise_an_error() -> None:
     with pytest.raises(InputError, match="q must"):
         linearise_robot(case.dynamics, [np.nan, 0.0], ZERO, np.ones(4))
     with pytest.raises(InputError, match="qd must"):
-        linearise_robot(case.dynamics, END, np.zeros(3), np.ones(4))
+        linearise_controller(case.controller, END, np.zeros(3))
     with pytest.raises(InputError, match="period"):
         case.robot.sampled(0.0)
+    with pytest.raises(InputError, match="delay"):
+        case.predicted_loop(0.01, 2)
+    with pytest.raises(InputError, match="shape"):
+        close_loop(case.robot, np.zeros((4, 3)), 0.01)
