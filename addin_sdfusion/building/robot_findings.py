@@ -54,7 +54,9 @@ def add_robot_findings(
         # The check for file formats requires a robot without errors.
         checked += [finding for finding in sdf_losses(robot) if finding.is_error]
     follows = {
-        (code, _with_robot_name(f.subject)) for f in found for code in _CONSEQUENCES.get(f.code, ())
+        (code, Subject(f.subject.kind, bare_name(f.subject.name)))
+        for f in found
+        for code in _CONSEQUENCES.get(f.code, ())
     }
     found = [finding for finding in found if (finding.code, finding.subject) not in follows]
     known = {(finding.code, finding.subject) for finding in found} | follows
@@ -67,11 +69,6 @@ def add_robot_findings(
         if (finding.code, finding.subject) not in known
         and not _is_caused_by_joint(finding, misnamed)
     ]
-
-
-def _with_robot_name(subject: Subject) -> Subject:
-    """Return the subject with its name in the robot instead of its name in Fusion."""
-    return Subject(subject.kind, bare_name(subject.name))
 
 
 def _is_caused_by_joint(finding: Finding, misnamed: Sequence[str]) -> bool:

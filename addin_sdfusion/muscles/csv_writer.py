@@ -10,7 +10,6 @@ from __future__ import annotations
 import csv
 import io
 
-from ..snapshot import MuscleSnapshot
 from .csv_reader import COLUMNS
 from .table import MuscleTable
 
@@ -27,7 +26,8 @@ def csv_text(table: MuscleTable, delimiter: str = ",") -> str:
     writer.writerow(COLUMNS)
     for row in table.rows:
         points = [p for p in table.points_of(row.name) if not p.lost]
-        muscle = (row.color, repr(row.f_min), repr(row.f_max), row.model, _parameters(row))
+        parameters = " ".join(f"{name}={value!r}" for name, value in row.parameters.items())
+        muscle = (row.color, repr(row.f_min), repr(row.f_max), row.model, parameters)
         if not points:
             writer.writerow(("via", row.name, "", "", "", "", "", *muscle, ""))
         for i, p in enumerate(points):
@@ -37,7 +37,3 @@ def csv_text(table: MuscleTable, delimiter: str = ",") -> str:
         where = (p.link, *map(repr, p.position))
         writer.writerow((p.role, p.name, "", *where, *[""] * 5, " ".join(p.axes)))
     return stream.getvalue()
-
-
-def _parameters(row: MuscleSnapshot) -> str:
-    return " ".join(f"{name}={value!r}" for name, value in row.parameters.items())

@@ -129,10 +129,6 @@ def _off(data: bytes) -> str | None:
     return None
 
 
-def _collada(data: bytes) -> str | None:
-    return ColladaScene(data).fault()
-
-
 def _glb(data: bytes) -> str | None:
     magic, _, length = _GLB_HEAD.unpack_from(data)
     size, kind = _GLB_CHUNK.unpack_from(data, _GLB_HEAD.size)
@@ -140,10 +136,6 @@ def _glb(data: bytes) -> str | None:
         return "it is not a .glb mesh: its header is invalid"
     begin = _GLB_HEAD.size + _GLB_CHUNK.size
     return _scene(json.loads(data[begin : begin + size]), ".glb")
-
-
-def _gltf(data: bytes) -> str | None:
-    return _scene(json.loads(data), ".gltf")
 
 
 def _scene(scene: Any, kind: str) -> str | None:
@@ -212,9 +204,9 @@ def _is_deep(children: list[Any]) -> bool:
 _TESTS: dict[str, Callable[[bytes], str | None]] = {
     ".stl": _stl,
     ".obj": _obj,
-    ".dae": _collada,
+    ".dae": lambda data: ColladaScene(data).fault(),
     ".ply": _ply,
     ".glb": _glb,
-    ".gltf": _gltf,
+    ".gltf": lambda data: _scene(json.loads(data), ".gltf"),
     ".off": _off,
 }

@@ -78,7 +78,8 @@ def fit(
             )
         before = fitted.cost + problem.prior(z)[0]
         min_gain = max(small_gain * before, _MIN_GAIN * max(before / rows, 1.0))
-        if _predicted_gain(problem, at, z) <= min_gain:
+        predicted = -float((at.gradient + problem.prior(z)[1]) @ _step(problem, at, z, 0.0))
+        if predicted <= min_gain:
             return Fit(z, at.information, fitted, iteration, True)
         for _ in range(_MAX_REJECTED_STEPS):
             new_z = np.clip(z + _step(problem, at, z, damping), problem.low, problem.high)
@@ -111,11 +112,6 @@ def _evaluate_step(
     moved = problem.moved_starts(fitted.starts, at.windows, step)
     solvers = [window.start_solver for window in at.windows]
     return problem.fit_windows(z, windows, moved, solvers)
-
-
-def _predicted_gain(problem: CalibrationProblem, at: Linearisation, z: FloatArray) -> float:
-    """Return the gain of the cost that the linearisation predicts for a full step."""
-    return -float((at.gradient + problem.prior(z)[1]) @ _step(problem, at, z, 0.0))
 
 
 def _step(

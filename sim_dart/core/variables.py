@@ -140,7 +140,9 @@ def variable_fields(variables: Variables) -> dict[str, ArrayLike]:
         "limit_numbers": [numbers for _, numbers in forces],
         "variable_terms": [len(group) for group in variables.terms],
         "term_source": [term.source for term in terms],
-        "term_kind": [_kind(term.function) for term in terms],
+        "term_kind": [
+            _POLYNOMIAL if isinstance(t.function, Polynomial) else _PIECES for t in terms
+        ],
         "term_size": [len(row) for row in numbers],
         "term_number": np.concatenate([row.ravel() for row in numbers]) if numbers else [],
     }
@@ -164,10 +166,6 @@ def _limit_forces(variables: Variables) -> list[tuple[int, tuple[float, ...]]]:
         for k, c in enumerate(variables.coordinates)
         if c.limit_force is not None
     ]
-
-
-def _kind(function: Function) -> int:
-    return _POLYNOMIAL if isinstance(function, Polynomial) else _PIECES
 
 
 def _numbers(function: Function) -> FloatArray:

@@ -40,7 +40,7 @@ class LinkMotion:
     @property
     def rotations(self) -> FloatArray:
         """Rotation matrices R_world_link, shape (T, k, 3, 3)."""
-        return _axes(self.points)
+        return np.moveaxis(self.points[:, :, 1:] - self.points[:, :, :1], -2, -1)
 
     def generalised_forces(self, forces: FloatArray, moments: FloatArray) -> FloatArray:
         """Return the generalised forces of wrenches on the links, shape (T, n).
@@ -57,11 +57,6 @@ class LinkMotion:
         pulls[:, :, 0] = forces - pulls[:, :, 1:].sum(axis=2)
         generalised: FloatArray = np.einsum("tkpin,tkpi->tn", self.jacobians, pulls)
         return generalised
-
-
-def _axes(points: FloatArray) -> FloatArray:
-    """Return the differences of the points on the axes and the origin, as columns."""
-    return np.moveaxis(points[:, :, 1:] - points[:, :, :1], -2, -1)
 
 
 def link_motion(

@@ -75,10 +75,6 @@ def _law_files(laws: Mapping[str, MuscleLawDefinition], root: Path) -> list[str]
     return [path.relative_to(root / CSRC).as_posix() for path in files]
 
 
-def _names(law: MuscleLawDefinition) -> list[str]:
-    return [parameter.name for parameter in law.parameters]
-
-
 def _parameters_header(laws: Iterable[MuscleLawDefinition], names: str) -> str:
     laws = list(laws)
     most = max(len(law.states) for law in laws)
@@ -250,7 +246,7 @@ class _Translator(ast.NodeVisitor):
         return repr(float(str(node.value)))  # as float, since C would use integer division
 
     def visit_Name(self, node: ast.Name) -> str:
-        if node.id in _names(self._law):
+        if node.id in [parameter.name for parameter in self._law.parameters]:
             return f"p->{node.id}"
         if node.id in [term.name for term in self._law.terms]:
             return f"{self._law.kind}_{node.id}(p)"

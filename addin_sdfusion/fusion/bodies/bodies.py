@@ -34,7 +34,7 @@ def read_bodies(
     for native, name, proxy in each_in(occurrence, lambda: component.bRepBodies, notes, "body"):
         tick(occurrence.named(name))
         subject = subject_in(occurrence, "body", name)
-        solid = notes.attempt(subject, "kind", _is_solid, native)
+        solid = notes.attempt(subject, "kind", lambda body: bool(body.isSolid), native)
         if solid is not None:
             kind: Kind = "solid" if solid else "surface"
             yield _body(occurrence, name, kind, (native, proxy), mesher, weigher, notes)
@@ -80,10 +80,6 @@ def _body(
         opacity=appearance.opacity,
         appearance=appearance.appearance,
     )
-
-
-def _is_solid(body: Any) -> bool:
-    return bool(body.isSolid)
 
 
 def _material(body: Any) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import Any
 
 from ...muscles.point_names import natural_key
 from ...snapshot import GroupSnapshot
@@ -31,9 +30,9 @@ def read_groups(
         if problem:
             message = f"group {name!r}: {problem}. Edit the group, or delete it"
             notes.warn(subject, "group-problem", message)
-        suppressed = notes.attempt(subject, "state", _is_suppressed, group)
+        suppressed = notes.attempt(subject, "state", lambda g: bool(g.isSuppressed), group)
         paths = set()
-        for member in items(partial(_members, group), notes, subject, "members"):
+        for member in items(partial(getattr, group, "occurrences"), notes, subject, "members"):
             path = notes.attempt(subject, "members", path_of, member)
             if path is None:
                 continue
@@ -59,11 +58,3 @@ def _note_stale(occurrence: Occurrence, notes: Notes) -> None:
         "browser, under Joints"
     )
     notes.warn(occurrence.subject, "stale-group", message)
-
-
-def _is_suppressed(group: Any) -> bool:
-    return bool(group.isSuppressed)
-
-
-def _members(group: Any) -> Any:
-    return group.occurrences

@@ -140,7 +140,7 @@ def variable_units(description: Any) -> dict[str, Unit]:
     units = {}
     for variable in description.modelVariables:
         name = variable.unit or getattr(variable.declaredType, "unit", None)
-        unit = defined.get(name) or _by_name(name) if name else _NUMBER
+        unit = defined.get(name) or KNOWN_UNITS.get(name) or Unit(name, None) if name else _NUMBER
         if replace(unit, name="1") != _NUMBER:
             units[variable.name] = unit
     return units
@@ -154,11 +154,6 @@ def _defined(unit: Any) -> Unit | None:
     exponents = tuple(int(getattr(base, name) or 0) for name in BASES)
     factor = 1.0 if base.factor is None else float(base.factor)
     return Unit(unit.name, exponents, factor, float(base.offset or 0.0))
-
-
-def _by_name(name: str) -> Unit:
-    """Return a unit of this package, or a unit that is only compatible with itself."""
-    return KNOWN_UNITS.get(name) or Unit(name, None)
 
 
 def _in_bases(unit: Unit) -> str:

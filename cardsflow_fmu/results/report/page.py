@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -42,7 +41,7 @@ def report(path: str | Path, file: str | Path, *, overwrite: bool = False) -> Pa
 def report_page(result: ExperimentRunData) -> str:
     """Return the report of a run as an HTML page without external addresses."""
     name = str(result.summary.get("experiment", result.experiment.robot.name))
-    act = act_of(result)
+    act, versions = act_of(result), result.summary.get("versions") or {}
     return page(
         f"{name}: report",
         f"<h1>{escape(name)}</h1>",
@@ -52,7 +51,7 @@ def report_page(result: ExperimentRunData) -> str:
         collapsible_section("Summary", *summary_tables(result.summary)),
         collapsible_section("Robot", *_robot(result)),
         collapsible_section("Experiment", f"<pre>{escape(_experiment(result))}</pre>"),
-        collapsible_section("Versions", table(("what", "version"), _versions(result.summary))),
+        collapsible_section("Versions", table(("package", "version"), versions.items())),
         scripts=(replay_script(),),
     )
 
@@ -133,7 +132,3 @@ def _experiment(result: ExperimentRunData) -> str:
     text = json_text(experiment_data(result.experiment), indent=2, ensure_ascii=False)
     folder = json_text(f"{result.experiment.file.parent}/", ensure_ascii=False)[1:-1]
     return text.replace(folder, "")
-
-
-def _versions(summary: dict[str, Any]) -> list[Sequence[Any]]:
-    return [[name, version] for name, version in (summary.get("versions") or {}).items()]

@@ -39,16 +39,12 @@ def experiment_digest(experiment: Experiment) -> str:
         experiment: The experiment without variations.
     """
     digest = hashlib.sha256()
-    for name, content in (*_resources(experiment), *_files(experiment)):
+    resources = experiment_resources(experiment, with_hardware=True)
+    packed = [(name, read_contents(source)) for name, source in sorted(resources.items())]
+    for name, content in (*packed, *_files(experiment)):
         digest.update(f"{name}\0{len(content)}\0".encode())
         digest.update(content)
     return digest.hexdigest()
-
-
-def _resources(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
-    """Yield the files of the experiment that FMUs contain."""
-    for name, source in sorted(experiment_resources(experiment, with_hardware=True).items()):
-        yield name, read_contents(source)
 
 
 def _files(experiment: Experiment) -> Iterator[tuple[str, bytes]]:

@@ -92,7 +92,8 @@ class MuscleChains:
         pull = equations.B[:, :, ::2] + equations.B[:, :, 1, None] * T
         gradient, factors = self._gradient(equations), (factor, True)
         x = -cho_solve_banded(factors, gradient.ravel(), check_finite=False).reshape(m, N + 1)
-        tension = equations.B[:, :, 1] * equations.t + _pulled(pull, x)
+        tension = equations.B[:, :, 1] * equations.t
+        tension += pull[:, :, 0] * x[:, :-1] + pull[:, :, 1] * x[:, 1:]
         load = equations.c + np.einsum("kmn,mk->kn", self._L, tension)
         response = _responses(factor.reshape(-1, m, N + 1), pull)
         y = self._multipliers(response, equations.D, load)
@@ -178,10 +179,6 @@ def _factorise(A: FloatArray) -> None:
             A[rows, done] = A[rows, done] @ inverse
             for columns in blocks[k + 1 : i + 1]:
                 A[rows, columns] -= A[rows, done] @ A[columns, done].T
-
-
-def _pulled(pull: FloatArray, x: FloatArray) -> FloatArray:
-    return np.asarray(pull[:, :, 0] * x[:, :-1] + pull[:, :, 1] * x[:, 1:])
 
 
 def _responses(factor: FloatArray, pull: FloatArray) -> FloatArray:

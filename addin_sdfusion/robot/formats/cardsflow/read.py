@@ -97,8 +97,14 @@ class MuscleReader:
             read_actuator(node) or _cable_model(node),
             _base_pulley(node),
             (*self._path_wraps(steps), *_wraps(node)),
-            tuple(_branches(node)),
-            tuple(_terms(node)),
+            tuple(
+                Branch(_integer(branch, "point"), branch.number_attribute("divisor", 1.0))
+                for branch in node.all("branch")
+            ),
+            tuple(
+                CoordinateTerm(term.attribute("coordinate"), term.number_attribute("factor"))
+                for term in node.all("term")
+            ),
             node.number_attribute("friction", 0.0),
             node.number_attribute("presliding", PRESLIDING),
         )
@@ -290,16 +296,6 @@ def _moves(node: Node) -> Iterator[PointMotion]:
         high = move.number_attribute("high", math.inf, infinite=True)
         axis, coordinate = move.vector_attribute("axis"), move.attribute("coordinate")
         yield PointMotion(axis, coordinate, read_function(move), low, high)
-
-
-def _branches(node: Node) -> Iterator[Branch]:
-    for branch in node.all("branch"):
-        yield Branch(_integer(branch, "point"), branch.number_attribute("divisor", 1.0))
-
-
-def _terms(node: Node) -> Iterator[CoordinateTerm]:
-    for term in node.all("term"):
-        yield CoordinateTerm(term.attribute("coordinate"), term.number_attribute("factor"))
 
 
 def _integer(node: Node, name: str) -> int:

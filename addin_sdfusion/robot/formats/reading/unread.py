@@ -49,7 +49,7 @@ def _unused(root: Node, ignored: Collection[str]) -> Iterator[Node]:
     pending = [root.element]
     while pending:
         element = pending.pop()
-        if not isinstance(element.tag, str) or _local(element) in ignored:
+        if not isinstance(element.tag, str) or etree.QName(element).localname in ignored:
             continue
         if element not in root.notes.used and not _is_container(element):
             yield Node(element, root.file, root.subject, root.notes)
@@ -60,7 +60,3 @@ def _unused(root: Node, ignored: Collection[str]) -> Iterator[Node]:
 def _is_container(element: etree._Element) -> bool:
     """Return whether an element only groups objects, such as OpenSim's `<ControllerSet>`."""
     return element.tag == "objects" or str(element.tag).endswith("Set")
-
-
-def _local(element: etree._Element) -> str:
-    return etree.QName(element).localname

@@ -78,7 +78,7 @@ class Stage:
         self.environment = Environment(world, motion.objects)
         self.box = self._box()
         self.reach = float(np.linalg.norm(self.box[1] - self.box[0])) or 1.0
-        self._joints = self._joint_poses()
+        self._joints = [self._poses[j.child] @ transform(j.T_child_joint) for j in robot.joints]
         self._label_rows = self._stacked_labels()
         self._full_scale = full_scale
 
@@ -172,10 +172,6 @@ class Stage:
         """Trail of each end-effector point, and the number of trail points at each frame."""
         distance = 3.0 * _TRAIL_RADIUS * self.reach
         return {name: trail_points(path, distance) for name, path in self._tips.items()}
-
-    def _joint_poses(self) -> list[FloatArray]:
-        """Return the poses of the child frames of all joints, shape (K, 4, 4), in order."""
-        return [self._poses[j.child] @ transform(j.T_child_joint) for j in self.robot.joints]
 
     def _stacked_labels(self) -> list[int]:
         """Return the number of labels below the label of each joint, for joints at one position."""

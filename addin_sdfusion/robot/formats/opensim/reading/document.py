@@ -38,7 +38,9 @@ def read_document(file: Path, notes: Notes) -> Node:
     Raises:
         InputError: The file is not readable XML, not from OpenSim, or too old.
     """
-    root = parse(file, Subject("robot", file.stem), notes, mend=_without_colons)
+    root = parse(
+        file, Subject("robot", file.stem), notes, mend=lambda data: _COLONS.sub(rb"<\1__\2", data)
+    )
     if root.tag != "OpenSimDocument":
         raise InputError(f"<{root.tag}> is not <OpenSimDocument>", file=file, line=root.line)
     version = root.attribute("Version", "0")
@@ -80,10 +82,6 @@ def _objects_element(model: Node, kind: str) -> etree._Element:
         group = etree.SubElement(model.element, kind) if group is None else group
         element = etree.SubElement(group, "objects")
     return element
-
-
-def _without_colons(data: bytes) -> bytes:
-    return _COLONS.sub(rb"<\1__\2", data)
 
 
 def objects(parent: Node, tag: str) -> list[Node]:

@@ -39,10 +39,6 @@ CLASSES: dict[str, Moves] = {
 """Kind, axis and coordinate of each motion; translations are in the parent frame."""
 
 
-def _ellipsoid(node: Node) -> tuple[Motion, ...]:
-    return OverEllipsoid(node.vector("radii_x_y_z")).motions()
-
-
 def _scapulothoracic(node: Node) -> tuple[Motion, ...]:
     origin = node.optional("scapula_winging_axis_origin")
     x, y = (0.0, 0.0) if origin is None else origin.numbers(2)
@@ -52,7 +48,7 @@ def _scapulothoracic(node: Node) -> tuple[Motion, ...]:
 
 
 ELLIPSOID_JOINTS: dict[str, Callable[[Node], tuple[Motion, ...]]] = {
-    "EllipsoidJoint": _ellipsoid,
+    "EllipsoidJoint": lambda node: OverEllipsoid(node.vector("radii_x_y_z")).motions(),
     "ScapulothoracicJoint": _scapulothoracic,
 }
 """Joints that move over an ellipsoid."""
