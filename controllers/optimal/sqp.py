@@ -45,6 +45,7 @@ _GOOD = 0.3  # factor of the violation, for much less damping
 _FREE_STEPS = 3  # first steps, which may increase cost and violation
 _MAX_VIOLATION = 1e3  # of these steps, relative to the violation of the guess plus 1
 _NEAR = 1e-3  # violation below which a rejected step may be followed
+_ROUGH = 0.1  # violation up to which a motion can be corrected after the last iteration
 _FIRST_ITERATIONS = 60  # of an attempt that is not the last, while it violates constraints
 FLAT, FLAT_ITERATIONS = 1e-3, 20  # relative fall of the cost with which the iterations end
 _STALLED = 3  # iterations with relaxed constraints and without progress
@@ -240,8 +241,8 @@ class Optimiser:
         costs = list[float]()
         try:
             report(state, 0.0)
-            largest = _MAX_VIOLATION * (1.0 + self.transcription.violation(at, linearised))
-            state.filter.append((largest, -np.inf))
+            largest = 1.0 + self.transcription.violation(at, linearised)
+            state.filter.append(((_MAX_VIOLATION if free else 1.0) * largest, -np.inf))
             for k in range(self._max_iterations):
                 if k >= limit and self._worst(state) > _NEAR:
                     break
@@ -249,7 +250,7 @@ class Optimiser:
                 if share:
                     report(state, share)
                 costs = [*costs[-FLAT_ITERATIONS:], state.linearised.cost]
-                if k >= _FIRST_ITERATIONS and self._worst(state) < _NEAR and _is_flat(costs):
+                if k >= _FIRST_ITERATIONS and self._worst(state) < _ROUGH and _is_flat(costs):
                     status = status or NEARLY_OPTIMAL
                 if status:
                     break
@@ -270,7 +271,7 @@ class Optimiser:
     def _correct(self, state: _State, report: Callable[[_State, float], None]) -> None:
         """Satisfy the constraints near an iterate that nearly does."""
         for _ in range(_LAST_STEPS):
-            if not _FEASIBILITY < self._worst(state) < _NEAR:
+            if not _FEASIBILITY < self._worst(state) < _ROUGH:
                 break
             state.damping, state.filter = _LAST_DAMPING, state.filter[:1]
             report(state, self._iterate(state)[1])
