@@ -25,7 +25,7 @@ from support.documents import ROOT, Block, blocks
 
 MAX_WAIT = 1200.0
 """Of a block, in [s]."""
-_WATCHDOG = "--set hardware.watchdog=60"
+_WATCHDOG = "--watchdog 60000"
 _PATIENT = "--set hardware.max_missed=100000 --set hardware.watchdog=60 --set run.accept=any"
 """What lets a run and its device continue where either side has to wait for a busy machine."""
 

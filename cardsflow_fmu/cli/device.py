@@ -6,8 +6,9 @@ import argparse
 import contextlib
 import math
 import os
+import re
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -64,6 +65,15 @@ def add_device(commands: Commands) -> None:
         "other run is active; after the timeout without a command the forces are ramped down: "
         "ros2://?timeout=0.1 (default: none)",
     )
+    parser.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="KIND:NAME[=VALUE]@TIME",
+        help="failure of a cable, motor or sensor, such as broken:motor3@2.0 or "
+        "length_bias:motor3=0.01@2.0; repeatable (default: failures of [hardware.emulator] in the "
+        "experiment)",
+    )
     _add_serving(parser)
 
 
@@ -85,6 +95,20 @@ def _add_serving(parser: argparse.ArgumentParser) -> None:
     text = f"address to listen on; port 0 selects a free port (default: {DEFAULT_ADDRESS})"
     parser.add_argument("--listen", default=DEFAULT_ADDRESS, metavar="udp://HOST:PORT", help=text)
     parser.add_argument(
+        "--watchdog",
+        type=float,
+        metavar="MS",
+        help="time without a command after which the device enters its safe state, in ms "
+        "(default: hardware.watchdog of the experiment, or 20)",
+    )
+    parser.add_argument(
+        "--key-file",
+        type=Path,
+        metavar="FILE",
+        help="file with the key for signed frames (default: hardware.key_file of the experiment, "
+        "or the environment variable CARDSFLOW_HARDWARE_KEY_FILE)",
+    )
+    parser.add_argument(
         "--duration", type=float, metavar="S", help="stop after this time, in s (default: never)"
     )
     add_json(parser, "every line")
@@ -95,7 +119,9 @@ def _device(options: argparse.Namespace) -> int:
 
     address = _node_address(options)
     robot, settings, shown = _emulated_robot(options)
-    key = _key(settings.key_file)
+    if options.watchdog is not None:
+        settings = settings.copy_with(watchdog=options.watchdog * 1e-3)
+    key = _key(options, settings.key_file)
     device = device_of(robot, settings, key)
 
     def create_node(server: DeviceServer, report: Callable[[str], object]) -> DeviceNode | None:
@@ -150,7 +176,7 @@ def _emulated_robot(
                 problem = f"is only for robots; for an experiment use --set {key}=..."
                 raise InputError(problem, key=f"--{option.replace('_', '-')}")
         experiment = Experiment.load(path, parse_settings(options.set))
-        settings = experiment.hardware
+        settings = _with_failures(experiment.hardware, options.fault)
         device = settings.emulator
         emulated = EmulatedRobot.from_experiment(
             experiment, motor_lag=device.motor_lag, sensors=device.sensors, failures=device.failures
@@ -162,6 +188,7 @@ def _emulated_robot(
     robot = read(path, options.cable_set).require()
     step = 1e-3 if options.step is None else options.step
     settings = _hardware_settings(options, path, step, robot)
+    settings = _with_failures(settings, options.fault)
     device = settings.emulator
     emulated = EmulatedRobot(
         robot, step, motor_lag=device.motor_lag, sensors=device.sensors, failures=device.failures
@@ -191,6 +218,15 @@ def _hardware_settings(
     return read_hardware(data.get("hardware", {}), Context(file, names), step)
 
 
+def _with_failures(settings: HardwareSettings, words: Sequence[str]) -> HardwareSettings:
+    """Return the settings with the failures of `--fault`."""
+    if not words:
+        return settings
+    table = settings.emulator
+    data = {**table.data(), "failures": tuple(map(_failure, words))}
+    return settings.copy_with(emulator=type(table)(**data))
+
+
 def _replay(options: argparse.Namespace) -> int:
     from cardsflow_fmu.hardware.device.device import Device
     from cardsflow_fmu.hardware.emulator.replay import ReplayedRobot
@@ -207,8 +243,8 @@ def _replay(options: argparse.Namespace) -> int:
         header.signature,
         header.step,
         scale=header.scale,
-        key=_key(settings.key_file),
-        watchdog=settings.watchdog,
+        key=_key(options, settings.key_file),
+        watchdog=settings.watchdog if options.watchdog is None else options.watchdog * 1e-3,
         f_min=-math.inf,
         f_max=math.inf,
     )
@@ -221,11 +257,11 @@ def _replay(options: argparse.Namespace) -> int:
     return GOOD
 
 
-def _key(key_file: Path | None) -> bytes | None:
+def _key(options: argparse.Namespace, key_file: Path | None) -> bytes | None:
     from cardsflow_fmu.hardware.session.connect import KEY_FILE
     from cardsflow_fmu.utils.key_file import key_warning, read_key
 
-    key_path = key_file or os.environ.get(KEY_FILE)
+    key_path = options.key_file or key_file or os.environ.get(KEY_FILE)
     if not key_path:
         return None
     warning = key_warning(Path(key_path), str(key_path))
@@ -263,7 +299,7 @@ def _serve(
         status = StatusReporter(device, report_event, lambda: server.lateness)
         if server.is_open and not device.is_signed:
             problem = "frames are not signed: anyone on the network can send commands; use"
-            print_warning(f"{server.uri}: {problem} hardware.key_file")
+            print_warning(f"{server.uri}: {problem} --key-file")
         print_line(f"listening on {server.uri}", listening=server.uri)
         node = create_node(server, lambda line: print_line(line, ros2=line))
         end = time.monotonic() + duration
@@ -295,6 +331,23 @@ def _lines(totals: Mapping[str, Any], prefix: str = "") -> list[str]:
     for name, group in groups.items():
         lines += _lines(group, f"{prefix} {name}".strip())
     return lines
+
+
+def _failure(text: str) -> dict[str, Any]:
+    """Return a failure as plain data, from KIND:NAME[=VALUE]@TIME."""
+    match = re.fullmatch(r"([^:]+):([^=@]+)(?:=([^@]+))?@([^@]+)", text)
+    if match is None:
+        problem = f"must be KIND:NAME[=VALUE]@TIME, such as broken:motor3@2.0, not {text!r}"
+        raise InputError(problem, key="--fault")
+    kind, part, value, time_ = match.groups()
+    data: dict[str, Any] = {"kind": kind, "part": part}
+    try:
+        data["time"] = float(time_)
+        if value is not None:
+            data |= {"other": value} if kind == "length_swapped" else {"value": float(value)}
+    except ValueError:
+        raise InputError(f"must have numbers in {text!r}", key="--fault") from None
+    return data
 
 
 def _duration(options: argparse.Namespace) -> float:

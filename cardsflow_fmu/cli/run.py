@@ -6,6 +6,7 @@ import argparse
 import shlex
 from typing import TYPE_CHECKING
 
+from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.json_text import json_text
 
 from .common import (
@@ -46,6 +47,14 @@ def add_run(commands: Commands) -> None:
     add_output(parser, text, metavar="FOLDER")
     add_verbose(parser, "print every signal (default: the worst signal of each kind)")
     parser.add_argument(
+        "--compute",
+        choices=("c", "python"),
+        help="engine of the models: C where available, or Python (default: run.compute of the "
+        "experiment)",
+    )
+    text = "couple FMUs, or the models directly (default: run.coupling of the experiment)"
+    parser.add_argument("--coupling", choices=("fmu", "direct"), help=text)
+    parser.add_argument(
         "--hardware",
         metavar="URI",
         help="drive hardware instead of the simulated plant, such as udp://127.0.0.1:5005 "
@@ -55,8 +64,16 @@ def add_run(commands: Commands) -> None:
         "--realtime", action="store_true", help="run in real time (default: as fast as possible)"
     )
     parser.add_argument(
+        "--figures",
+        action="store_true",
+        help="draw figures of the run: run.figures = true (default: run.figures of the experiment; "
+        "`cardsflow plot` draws later)",
+    )
+    parser.add_argument(
         "--strict", action="store_true", help="exit with 3 if the run has warnings (default: off)"
     )
+    text = 'do not fail if the reference is not tracked: run.accept = "any" (default: off)'
+    parser.add_argument("--allow-poor-tracking", action="store_true", help=text)
     add_json(parser, "the summary")
     text = "show the simulation in the browser during the run (default: off)"
     parser.add_argument("--view", action="store_true", help=text)
@@ -78,6 +95,9 @@ def _run(options: argparse.Namespace) -> int:
 
     if options.hardware is not None:
         options.set += [f"hardware.link={json_text(options.hardware)}", "hardware.use=true"]
+    options.set += [f"run.{key}={value}" for key, value in _engine(options).items()]
+    options.set += _accept(options)
+    options.set += ["run.figures=true"] if options.figures else []
     experiment = load_experiment(options)
     if experiment.hardware.use:
         from cardsflow_fmu.hardware.session.connect import require_connectable
@@ -126,7 +146,12 @@ def _run_system(options: argparse.Namespace) -> int:
     from cardsflow_fmu.simulation.run import RunError, run_system
 
     reject_view(options, "is only for experiments; run the .ssp, then view its results")
-    settings = parse_settings(options.set)
+    if engine := _engine(options):
+        problem = f"contains built FMUs; --{next(iter(engine))} is only for experiments"
+        raise InputError(problem, file=options.experiment)
+    if options.figures:
+        raise InputError("is only for experiments; plot the results", key="--figures")
+    settings = parse_settings([*options.set, *_accept(options)])
     if options.hardware is not None:
         # hardware.fmu creates the device of a loopback or an emulator itself
         if not options.hardware.startswith(("loopback:", "emulated:")):
@@ -150,6 +175,16 @@ def _run_system(options: argparse.Namespace) -> int:
         raise
     _print_result(result, options)
     return _code(result, options)
+
+
+def _accept(options: argparse.Namespace) -> list[str]:
+    return ["run.accept=any"] if options.allow_poor_tracking else []
+
+
+def _engine(options: argparse.Namespace) -> dict[str, str]:
+    """Return the settings of `run` that --compute and --coupling specify."""
+    settings = {"compute": options.compute, "coupling": options.coupling}
+    return {key: value for key, value in settings.items() if value is not None}
 
 
 def _print_result(result: SystemResult, options: argparse.Namespace) -> None:

@@ -44,7 +44,7 @@ def emulator(experiment: Path, key_file: str | None = None) -> Iterator[str]:
     command = [sys.executable, "-m", "cardsflow_fmu.cli", "device", str(experiment), "--json"]
     command += ["--listen", "udp://127.0.0.1:0"]
     if key_file is not None:
-        command += ["--set", f"hardware.key_file={Path(key_file).resolve()}"]
+        command += ["--key-file", key_file]
     device = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
         assert device.stdout is not None

@@ -32,7 +32,7 @@ MAX_GROWTH = 4.0
 def device(uri: str) -> Iterator[int]:
     """Start a device and yield its process id."""
     command = [sys.executable, "-m", "cardsflow_fmu.cli", "device", str(PLANAR_2R)]
-    command += ["--listen", "udp://127.0.0.1:0", "--set", "hardware.watchdog=20", "--ros2", uri]
+    command += ["--listen", "udp://127.0.0.1:0", "--watchdog", "20000", "--ros2", uri]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         try:

@@ -88,8 +88,7 @@ def test_exported_folder_runs_after_init(tmp_path: Path) -> None:
     export_robot(drawn(q=(0.3, -0.2)), tmp_path / "arm")
     assert main(["check", str(tmp_path / "arm")]) == 0
     assert main(["init", str(tmp_path / "arm"), "-o", str(tmp_path / "arm")]) == 0
-    words = ["-o", str(tmp_path / "out"), "--set", "run.figures=true"]
-    assert main(["run", str(tmp_path / "arm"), *words]) == 0
+    assert main(["run", str(tmp_path / "arm"), "-o", str(tmp_path / "out"), "--figures"]) == 0
     assert (tmp_path / "out/tracking.png").is_file()
 
 

@@ -53,7 +53,7 @@ def nested_header(folder: Path) -> str:
     shutil.copytree(PLANAR_2R, folder, dirs_exist_ok=True)
     header = b"{'descr': " + b"(" * 5000 + b")" * 5000 + b"}"
     (folder / "a.npy").write_bytes(b"\x93NUMPY\1\0" + struct.pack("<H", len(header)) + header)
-    return "run . --set run.coupling=direct --set reference={file='a.npy'}"
+    return "run . --coupling direct --set reference={file='a.npy'}"
 
 
 def endless_record(folder: Path) -> str:

@@ -54,7 +54,7 @@ def write_experiment(folder: Path, text: str) -> Path:
 def test_check_rejects_the_same_as_a_run(tmp_path: Path, cardsflow: CommandLine, case: str) -> None:
     text, reason = REFUSED[case]
     file = write_experiment(tmp_path, text)
-    line = cardsflow.error_line("run", file, "--set", "run.coupling=direct", "-o", tmp_path / "out")
+    line = cardsflow.error_line("run", file, "--coupling", "direct", "-o", tmp_path / "out")
     assert reason in line
     code, out, err = cardsflow("check", file)
     assert (code, err) == (2, line)
@@ -79,7 +79,7 @@ def test_check_rejects_objects_inside_the_robot(tmp_path: Path, cardsflow: Comma
     text = text.replace("robot/model.sdf", str(EXAMPLES / "pick_up/robot/model.sdf"))
     file = tmp_path / "experiment.toml"
     file.write_text(text.replace("[0.4, 0.0, 0.52]", "[0.4, 0.0, 0.6]"))
-    line = cardsflow.error_line("run", file, "--set", "run.coupling=direct", "-o", tmp_path / "out")
+    line = cardsflow.error_line("run", file, "--coupling", "direct", "-o", tmp_path / "out")
     assert "m at the start; move one" in line
     assert cardsflow.error_line("check", file) == line
     file.write_text(text.replace("[0.4, 0.0, 0.52]", "[0.4, 0.0, 1e300]"))
@@ -99,7 +99,7 @@ def test_check_rejects_robot_files_that_may_not_be_packed(
     )
     arm = f'path = "{PLANAR_2R / "robot"}"\ncable_set = "basic"'
     file.write_text(file.read_text().replace(arm, 'path = "robot"'))
-    line = cardsflow.error_line("run", file, "--set", "run.coupling=direct", "-o", tmp_path / "out")
+    line = cardsflow.error_line("run", file, "--coupling", "direct", "-o", tmp_path / "out")
     assert "arm.xml: is outside the folders" in line
     assert cardsflow("check", file)[::2] == (2, line)
 
@@ -156,7 +156,7 @@ def test_hardware_address_of_an_external_fmu_is_checked(
     file = tmp_path / "with.toml"
     text = file.read_text().replace("[fmus.plant]", "[fmus.hardware]")
     file.write_text(text + HARDWARE + "'nobody'\n")
-    line = cardsflow.error_line("run", file, "--set", "run.coupling=direct", "-o", tmp_path / "out")
+    line = cardsflow.error_line("run", file, "--coupling", "direct", "-o", tmp_path / "out")
     assert "invalid hardware address 'nobody'" in line
     assert cardsflow("check", file)[::2] == (2, line)
     file.write_text(text + HARDWARE.replace("link = ", ""))

@@ -208,7 +208,7 @@ def test_every_command_with_data_has_json() -> None:
 @pytest.mark.parametrize("what", ["run", "info", "check", "size"])
 def test_commands_print_json(what: str, tmp_path: Path, cardsflow: CommandLine) -> None:
     words = {
-        "run": ("run", str(PLANAR_2R), *SHORT, "--set", "run.coupling=direct", "-o", str(tmp_path)),
+        "run": ("run", str(PLANAR_2R), *SHORT, "--coupling", "direct", "-o", str(tmp_path)),
         "info": ("info", ROBOT),
         "check": ("check", ROBOT),
         "size": ("size", str(PLANAR_2R), *SHORT),
@@ -251,8 +251,8 @@ def test_interrupted_run_is_exit_code_130(tmp_path: Path, sign: signal.Signals) 
     words = [
         "run",
         str(PLANAR_2R),
-        "--set",
-        "run.coupling=direct",
+        "--coupling",
+        "direct",
         "-o",
         str(out),
         "--set",
@@ -378,8 +378,8 @@ def long_work(folder: Path) -> list[list[str]]:
         [
             "run",
             str(PLANAR_2R),
-            "--set",
-            "run.coupling=direct",
+            "--coupling",
+            "direct",
             "--set",
             "run.duration=0.3",
             "-o",

@@ -117,16 +117,7 @@ def test_recording_of_another_robot_is_reported_in_one_line_by_calibrate(
         assert not (tmp_path / "new").exists()
     assert cardsflow.error_line(*command(tmp_path / "none.csv", tmp_path / "new"))
     folder = tmp_path / "recorded"
-    short = [
-        "run",
-        PLANAR_2R,
-        "--set",
-        "run.coupling=direct",
-        "--set",
-        "run.duration=0.3",
-        "-o",
-        folder,
-    ]
+    short = ["run", PLANAR_2R, "--coupling", "direct", "--set", "run.duration=0.3", "-o", folder]
     assert cardsflow(*short)[0] == 0
     monkeypatch.chdir(folder)
     assert "recorded: only " in cardsflow.error_line(*command(Path(), tmp_path / "new"))

@@ -34,7 +34,7 @@ def test_designed_motion_is_run_and_used_for_calibration(
     np.testing.assert_allclose(rows[0, 1:], rows[-1, 1:], atol=1e-12)
     assert "choose a new folder" in cardsflow.error_line("excite", ROBOT, "-o", there)
 
-    assert cardsflow("run", there, "--set", "run.coupling=direct")[0] == 0
+    assert cardsflow("run", there, "--coupling", "direct")[0] == 0
     new = tmp_path / "calibrated"
     words = [there / "results", "--robot", ROBOT, "--parameters", FREE, "-o", new]
     assert cardsflow("calibrate", *words)[0] == 0

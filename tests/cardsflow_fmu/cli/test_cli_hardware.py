@@ -133,7 +133,7 @@ def test_run_with_a_device_equals_the_run_with_the_plant(recorded: Path, plant_r
 @pytest.mark.slow
 def test_replay_of_a_recording_has_the_same_results(recorded: Path, plant_run: Result) -> None:
     """Bit-identical in lockstep, with a clear error after its end; also in real time."""
-    with serve_device("replay-hardware", str(recorded), "--set", "hardware.watchdog=10") as device:
+    with serve_device("replay-hardware", str(recorded), "--watchdog", "10000") as device:
         driven = experiment(**LOCKSTEP, **{"hardware.link": device.uri})
         result = simulate(driven, coupling="direct")
         np.testing.assert_array_equal(rows_of(result), rows_of(plant_run))
@@ -182,7 +182,7 @@ class Line:
 
 @pytest.mark.slow
 def test_device_reports_its_safe_state_without_commands(recorded: Path) -> None:
-    with serve_device("device", ARM, "--set", "hardware.watchdog=0.03") as device:
+    with serve_device("device", ARM, "--watchdog", "30") as device:
         with Line(device.uri, recorded) as line:
             line.exchange(10)
             time.sleep(0.1)
@@ -219,7 +219,7 @@ def test_public_device_without_a_key_prints_a_warning(
     if key is not None:
         (tmp_path / "key.bin").write_bytes(key)
         (tmp_path / "key.bin").chmod(0o600)
-        words = ["--set", f"hardware.key_file={tmp_path / 'key.bin'}"]
+        words = ["--key-file", str(tmp_path / "key.bin")]
     with serve_device("device", ROBOT, "--listen", f"udp://{host}:0", *words) as device:
         assert device.end() == 0
     warned = "anyone on the network can send commands" in device.errors
@@ -229,7 +229,7 @@ def test_public_device_without_a_key_prints_a_warning(
 @pytest.mark.slow
 def test_run_with_transmission_faults_ends_with_a_clear_status() -> None:
     table = "{loss=0.05, jitter=5e-4, duplicate=0.1, reorder=0.05, corrupt=0.05, seed=3}"
-    words = ("--set", f"hardware.emulator={table}", "--set", "hardware.watchdog=0.5")
+    words = ("--set", f"hardware.emulator={table}", "--watchdog", "500")
     with serve_device("device", ARM, *words) as device:
         changes = {"hardware.link": device.uri, "hardware.watchdog": 0.5, "hardware.use": True}
         result = simulate(experiment(**changes, **{"hardware.max_missed": 100}), coupling="direct")
@@ -247,14 +247,7 @@ def test_device_emulates_a_robot_with_motors_and_sensors(recorded: Path, tmp_pat
     write_sdf(robot, tmp_path)
     table = "{joint_counts=1000, length_counts=1000, noise=1e-3, motor_lag=0.01, seed=4"
     table += ", differentiate_positions=true}"
-    words = [
-        "--step",
-        "0.002",
-        "--set",
-        f"hardware.emulator={table}",
-        "--set",
-        "hardware.watchdog=10",
-    ]
+    words = ["--step", "0.002", "--set", f"hardware.emulator={table}", "--watchdog", "10000"]
     with serve_device("device", str(tmp_path), *words) as device:
         with Line(device.uri, recorded) as line:
             line.exchange(10)
@@ -271,12 +264,7 @@ def test_device_emulates_a_robot_with_motors_and_sensors(recorded: Path, tmp_pat
 
 @pytest.mark.slow
 def test_device_uses_the_imperfections_of_its_experiment(recorded: Path) -> None:
-    words = [
-        "--set",
-        "hardware.emulator.length_offset.cable_2=0.25",
-        "--set",
-        "hardware.watchdog=10",
-    ]
+    words = ["--set", "hardware.emulator.length_offset.cable_2=0.25", "--watchdog", "10000"]
     with serve_device("device", ARM, *words) as device:
         with Line(device.uri, recorded) as line:
             line.exchange(2)
@@ -314,9 +302,9 @@ def test_device_ends_after_its_duration(cardsflow: CommandLine) -> None:
             "hardware requires force commands",
         ),
         (["device", ARM, "--listen", "udp://192.0.2.1:5"], 1, "address of this machine"),
-        (["device", ARM, "--set", "hardware.watchdog=0"], 2, "hardware.watchdog: must be"),
+        (["device", ARM, "--watchdog", "0"], 2, "watchdog must be a positive"),
         (["device", ARM, "--duration", "0"], 2, "--duration: must be positive"),
-        (["device", ARM, "--set", "hardware.key_file=nowhere.key"], 2, "nowhere.key"),
+        (["device", ARM, "--key-file", "nowhere.key"], 2, "nowhere.key"),
         (["replay-hardware", "nowhere.rec"], 2, "nowhere.rec: cannot be read"),
         (["replay-hardware", __file__], 2, "is not a hardware recording"),
     ],

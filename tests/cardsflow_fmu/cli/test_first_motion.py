@@ -69,7 +69,7 @@ def init_and_run(robot: Robot, folder: Path, cardsflow: CommandLine) -> tuple[di
     assert code == 0, err
     assert out.startswith(str(folder / "experiment.toml"))
     code, _, problem = cardsflow(
-        "run", folder, "--set", "run.coupling=direct", "-o", folder / "out", "--strict"
+        "run", folder, "--coupling", "direct", "-o", folder / "out", "--strict"
     )
     assert code == 0, problem
     return json.loads((folder / "out/summary.json").read_text()), err
@@ -161,7 +161,7 @@ def test_commented_spring_can_replace_a_lock(tmp_path: Path, cardsflow: CommandL
     lines = [x.removeprefix("# ") if x.startswith(springs) else x for x in lines]
     file.write_text("\n".join(lines))
     code, out, err = cardsflow(
-        "run", tmp_path, "--set", "run.coupling=direct", "-o", tmp_path / "sprung", "--strict"
+        "run", tmp_path, "--coupling", "direct", "-o", tmp_path / "sprung", "--strict"
     )
     assert code == 0, out + err
     summary = json.loads((tmp_path / "sprung/summary.json").read_text())
@@ -287,7 +287,7 @@ def test_published_robots_track_the_first_motion(
 ) -> None:
     code, _, err = cardsflow("init", shared / "robots" / name, "-o", tmp_path)
     assert code == 0, err
-    code, out, _ = cardsflow("run", tmp_path, "--set", "run.coupling=direct", "--json", "--strict")
+    code, out, _ = cardsflow("run", tmp_path, "--coupling", "direct", "--json", "--strict")
     assert code == 0
     assert_tracks(json.loads(out))
 

@@ -94,7 +94,7 @@ def test_help_groups_all_commands_by_task(cardsflow: CommandLine) -> None:
         (("convert", ROBOT, "--too", "mjcf"), "--to"),
         (("compare", "a", "b", "--rtl=1"), "--rtol"),
         (("excite", ROBOT, "--speeed", "1"), "--speed"),
-        (("build", PLANAR_2R, "--compute", "pyton"), "python"),
+        (("run", PLANAR_2R, "--coupling", "dirct"), "direct"),
         (("completion", "basj"), "bash"),
         (("schema", "experimnt"), "experiment"),
     ],

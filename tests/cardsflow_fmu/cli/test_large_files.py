@@ -273,7 +273,7 @@ def test_oversized_mesh_is_rejected(
     mesh = f'shape = "mesh"\nfile = "{make(folder).name}"\nmass = 1.0\n'
     with (folder / "experiment.toml").open("a") as stream:
         stream.write('\n[[world.objects]]\nname = "thing"\n' + mesh)
-    words = ["--set", "run.coupling=direct", "--set", "run.duration=0.01"]
+    words = ["--coupling", "direct", "--set", "run.duration=0.01"]
     assert "outside" not in rejection_message(peak(tmp_path, "run", folder, *words))
 
 

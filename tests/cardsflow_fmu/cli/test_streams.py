@@ -37,7 +37,7 @@ def test_closed_output_does_not_change_the_results(tmp_path: Path) -> None:
     assert shell(f"{INFO} >&- 2>&- <&-") == (0, "", "")
     assert shell(f"{WRONG} 2>&-") == (2, "", "")
     assert shell(f"{WRONG} 2>/dev/full") == (2, "", "")
-    words = f"--set run.coupling=direct --set run.duration=0.02 -o {tmp_path / 'out'}"
+    words = f"--coupling direct --set run.duration=0.02 -o {tmp_path / 'out'}"
     run = f"{CARDSFLOW} run {PLANAR_2R} {words}"
     assert shell(f"{run} >&- 2>&-")[0] == 0
     assert json.loads((tmp_path / "out/summary.json").read_text())["status"] == "complete"
@@ -68,9 +68,7 @@ def test_full_output_is_exit_code_1() -> None:
 @pytest.mark.slow
 def test_characters_outside_the_output_encoding_are_escaped(tmp_path: Path) -> None:
     folder = tmp_path / "r\u00e9sultats"
-    words = (
-        f"{CARDSFLOW} run {PLANAR_2R} --set run.coupling=direct --set run.duration=0.02 -o {folder}"
-    )
+    words = f"{CARDSFLOW} run {PLANAR_2R} --coupling direct --set run.duration=0.02 -o {folder}"
     code, out, err = shell(words, PYTHONIOENCODING="ascii", PYTHONUTF8="0")
     assert code == 0, err
     assert "r\\xe9sultats" in out

@@ -108,7 +108,7 @@ def test_a_run_with_an_infinite_value_is_incomplete_and_writes_valid_json(
     monkeypatch.setattr(master_module, "_CHUNK", 1)
     monkeypatch.setattr(Stepper, "run", spoilt_run)
     monkeypatch.setattr(Stepper, "record", spoilt_record)
-    words = ["--set", "run.coupling=direct", "-o", tmp_path, "--set", "run.duration=0.02", "--json"]
+    words = ["--coupling", "direct", "-o", tmp_path, "--set", "run.duration=0.02", "--json"]
     code, out, err = cardsflow("run", PLANAR_2R, *words)
     assert code == 1
     assert f"l.cable_1 is not finite at t = {at * 1e-3:g} s: nan" in err

@@ -150,7 +150,7 @@ def test_loading_does_not_execute_custom_code(folder: Path) -> None:
     [
         (["build", "--compute", "c"], "does not support muscle laws in Python (Elastic of cable_"),
         (
-            ["run", "--set", "run.coupling=direct", "--set", "plant.engine=core"],
+            ["run", "--coupling", "direct", "--set", "plant.engine=core"],
             'the engine "core" does not support muscle laws in Python (Elastic',
         ),
     ],

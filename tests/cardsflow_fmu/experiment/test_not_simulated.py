@@ -32,7 +32,7 @@ def test_springs_in_cables_are_reported_with_their_stiffness(
     assert code == 0
     assert line in err
     code, out, err = cardsflow(
-        "run", tmp_path, "--set", "run.coupling=direct", "--set", "run.duration=0.05"
+        "run", tmp_path, "--coupling", "direct", "--set", "run.duration=0.05"
     )
     assert code == 0
     assert line in err

@@ -86,7 +86,7 @@ def test_compute_c_requires_that_all_fmus_are_native(
     ("words", "engine"),
     [
         ((PLANAR_2R,), {"plant": "native", "controller": "native"}),
-        ((PLANAR_2R, "--set", "run.compute=python"), {"plant": "core", "controller": "core"}),
+        ((PLANAR_2R, "--compute", "python"), {"plant": "core", "controller": "core"}),
         ((PICK_UP,), {"plant": "dart", "controller": "native"}),
     ],
 )

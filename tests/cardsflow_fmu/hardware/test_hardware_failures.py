@@ -143,24 +143,23 @@ def test_faulty_sensor_stays_unused_if_no_other_sensor_measures() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("fault", "message"),
     [
-        ({"part": "cable_9"}, "no muscle 'cable_9'; did you mean"),
-        ({"kind": "encoder_stuck"}, "no coordinate 'cable_1'"),
-        ({"kind": "burnt"}, "no kind 'burnt'; did you mean 'broken'?"),
-        ({"kind": "weak"}, "failures[0].value: missing; it is required for kind 'weak'"),
-        ({"value": 2.0}, "failures[0].value: is unused for kind 'broken'"),
-        ({"kind": "length_swapped"}, "failures[0].other: missing; it is required"),
-        ({"time": -1.0}, "failures[0].time"),
+        ("broken", "must be KIND:NAME[=VALUE]@TIME, such as broken:motor3@2.0"),
+        ("broken:cable_1@soon", "must have numbers in 'broken:cable_1@soon'"),
+        ("broken:cable_9@1", "no muscle 'cable_9'; did you mean"),
+        ("encoder_stuck:cable_1@1", "no coordinate 'cable_1'"),
+        ("burnt:cable_1@1", "no kind 'burnt'; did you mean 'broken'?"),
+        ("weak:cable_1@1", "failures[0].value: missing; it is required for kind 'weak'"),
+        ("broken:cable_1=2@1", "failures[0].value: is unused for kind 'broken'"),
+        ("length_swapped:cable_1@1", "failures[0].other: missing; it is required"),
+        ("broken:cable_1@-1", "failures[0].time"),
     ],
 )
 def test_invalid_failure_is_rejected_in_one_line(
-    changes: dict[str, object], message: str, cardsflow: CommandLine
+    fault: str, message: str, cardsflow: CommandLine
 ) -> None:
-    fault = {"kind": "broken", "part": "cable_1", "time": 1.0} | changes
-    table = ", ".join(f"{key}={value!r}" for key, value in fault.items())
-    words = ["--listen", "udp://127.0.0.1:0", "--duration", "0.01"]
-    words += ["--set", f"hardware.emulator.failures=[{{{table}}}]"]
+    words = ["--listen", "udp://127.0.0.1:0", "--duration", "0.01", "--fault", fault]
     assert message in cardsflow.error_line("device", PLANAR_2R, *words)
 
 

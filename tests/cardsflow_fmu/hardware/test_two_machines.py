@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -40,19 +40,23 @@ def device(machines: Machines, *words: object) -> Iterator[subprocess.Popen[str]
             process.kill()  # `unshare` handles only this signal
 
 
-def sets(*settings: str) -> list[str]:
-    return [word for setting in settings for word in ("--set", setting)]
-
-
 def controller(machines: Machines, uri: str, out: Path, *words: object) -> subprocess.Popen[str]:
     """Run an experiment with the robot at an address."""
-    settings = sets(
-        "run.coupling=direct",
-        "hardware.max_missed=2000",
-        "hardware.watchdog=4.0",
-        "run.duration=0.6",
-    )
-    run = ["run", PLANAR_2R, "--hardware", uri, *settings, "--json", "-o", out, *words]
+    settings = ["hardware.max_missed=2000", "hardware.watchdog=4.0", "run.duration=0.6"]
+    sets: Sequence[object] = [word for line in settings for word in ("--set", line)]
+    run = [
+        "run",
+        PLANAR_2R,
+        "--coupling",
+        "direct",
+        "--hardware",
+        uri,
+        *sets,
+        "--json",
+        "-o",
+        out,
+        *words,
+    ]
     command = machines.command(machines.controller, run)
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
@@ -76,9 +80,8 @@ def test_a_run_between_two_machines(
     monkeypatch.setenv("CARDSFLOW_HARDWARE_KEY_FILE", str(key))
     uri = f"udp://{machines.device_address}:5005"
     shaping = machines.shape(delay, jitter, loss)
-    settings = sets("hardware.watchdog=4", f"hardware.key_file={key}")
     with (
-        device(machines, "--listen", uri, *settings, *shaping),
+        device(machines, "--listen", uri, "--watchdog", 4000, "--key-file", key, *shaping),
         controller(machines, uri, tmp_path / "out") as run,
     ):
         out, err = run.communicate(timeout=MAX_WAIT)
@@ -96,8 +99,8 @@ def test_an_unplugged_cable_ends_the_run_in_the_safe_state(
 ) -> None:
     uri = f"udp://{machines.device_address}:5006"
     machines.shape(0.0, 0.0, 0.0)
-    with device(machines, "--listen", uri, *sets("hardware.watchdog=0.5")) as process:
-        words = sets("run.duration=60.0", "hardware.max_missed=1000")
+    with device(machines, "--listen", uri, "--watchdog", 500) as process:
+        words = ("--set", "run.duration=60.0", "--set", "hardware.max_missed=1000")
         with controller(machines, uri, tmp_path / "out", *words) as run:
             read_lines_until(process, '"running"')
             machines.unplug()

@@ -52,9 +52,7 @@ def test_second_run_into_a_folder_is_rejected_with_the_first_process(
 ) -> None:
     out, temporary = tmp_path / "out", tmp_path / "temporary"
     with running(out, temporary) as first:
-        message = cardsflow.error_line(
-            "run", PLANAR_2R, "--set", "run.coupling=direct", "-o", out, *SHORT
-        )
+        message = cardsflow.error_line("run", PLANAR_2R, "--coupling", "direct", "-o", out, *SHORT)
         holder = f"run of process {first.pid} on {socket.gethostname()} since 2"
         assert holder in message
         (out / f".summary.json.{first.pid}.cardsflow.tmp").write_text("half")
@@ -63,7 +61,7 @@ def test_second_run_into_a_folder_is_rejected_with_the_first_process(
     from cardsflow_fmu.utils import temporary as module
 
     module._remove_abandoned.cache_clear()
-    code, _, err = cardsflow("run", PLANAR_2R, "--set", "run.coupling=direct", "-o", out, *SHORT)
+    code, _, err = cardsflow("run", PLANAR_2R, "--coupling", "direct", "-o", out, *SHORT)
     assert code == 0, err
     assert list(temporary.iterdir()) == []
     assert not [path.name for path in out.iterdir() if path.name.startswith(".")]

@@ -34,7 +34,7 @@ def words(settings: dict[str, Any]) -> list[str]:
 def test_output_of_a_run_begins_with_warnings(
     compute: str, cardsflow: CommandLine, tmp_path: Path
 ) -> None:
-    engine = ("--set", f"run.compute={compute}", "--set", "run.coupling=direct")
+    engine = ("--compute", compute, "--coupling", "direct")
     code, out, _ = cardsflow("run", PLANAR_2R, *engine, *words(WEAK), "-o", tmp_path)
     assert code == 0
     summary = json.loads((tmp_path / "summary.json").read_text())
@@ -51,7 +51,7 @@ def test_output_of_a_run_begins_with_warnings(
 def test_failed_run_exits_with_1_unless_poor_tracking_is_allowed(
     cardsflow: CommandLine, tmp_path: Path
 ) -> None:
-    command = ("run", PLANAR_2R, "--set", "run.coupling=direct", "-o", tmp_path)
+    command = ("run", PLANAR_2R, "--coupling", "direct", "-o", tmp_path)
     code, out, _ = cardsflow(*command, *words(FAILING))
     assert code == 1
     summary = json.loads((tmp_path / "summary.json").read_text())
@@ -60,7 +60,7 @@ def test_failed_run_exits_with_1_unless_poor_tracking_is_allowed(
     code, out, err = cardsflow(*command, *words(FAILING), "--json")
     assert (code, json.loads(out)["failure"]) == (1, summary["failure"])
     assert f"FAILED: {summary['failure']}" in err
-    code, out, _ = cardsflow(*command, *words(FAILING), "--set", "run.accept=any")
+    code, out, _ = cardsflow(*command, *words(FAILING), "--allow-poor-tracking")
     assert (code, "FAILED" in out) == (0, False)
 
 
@@ -104,7 +104,7 @@ def test_only_shares_above_the_threshold_fail() -> None:
 
 @pytest.mark.slow
 def test_strict_runs_with_warnings_exit_with_3(cardsflow: CommandLine, tmp_path: Path) -> None:
-    common = ("run", PLANAR_2R, "--set", "run.coupling=direct", "--strict", "-o", tmp_path)
+    common = ("run", PLANAR_2R, "--coupling", "direct", "--strict", "-o", tmp_path)
     assert cardsflow(*common, *words(WEAK))[0] == 3
     assert cardsflow(*common, "--set", "run.duration=0.05")[0] == 0
 

@@ -155,7 +155,7 @@ def test_a_bag_of_a_run_has_its_results(ros: Environment, tmp_path: Path) -> Non
 @contextmanager
 def device(ros: Environment, *words: str) -> Iterator[subprocess.Popen[str]]:
     """Start an emulated device."""
-    given = ("--listen", "udp://127.0.0.1:0", "--set", "hardware.watchdog=5", "--json", *words)
+    given = ("--listen", "udp://127.0.0.1:0", "--watchdog", "5000", "--json", *words)
     with started(cardsflow("device", PLANAR_2R, *given), ros) as process:
         yield process
 
@@ -185,7 +185,7 @@ def test_a_run_drives_a_device_by_topics(ros: Environment, tmp_path: Path, contr
         link = f"ros2://left?timeout=4&node=controller{controller}"
         words = run_words(tmp_path / "out", "--hardware", link, "--set", "run.duration=0.3")
         # a busy machine misses exchanges
-        words += ["--set", "run.accept=any", "--set", "hardware.watchdog=5"]
+        words += ["--allow-poor-tracking", "--set", "hardware.watchdog=5"]
         done = subprocess.run(words, capture_output=True, text=True, env=ros, check=False)
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["status"] == "complete"

@@ -130,9 +130,7 @@ def test_massless_motion_is_rejected_by_both_engines(
         f'[controller]\nkp = 1.0\nkd = 1.0\nengine = "{engine}"\n'
         f'[plant]\nengine = "{engine}"\n[run]\nstep = 0.001\n'
     )
-    message = cardsflow.error_line(
-        "run", tmp_path, "--set", "run.coupling=direct", "-o", tmp_path / "out"
-    )
+    message = cardsflow.error_line("run", tmp_path, "--coupling", "direct", "-o", tmp_path / "out")
     assert "moves no mass: twist" in message
 
 

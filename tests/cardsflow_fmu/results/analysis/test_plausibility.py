@@ -169,7 +169,7 @@ def test_check_init_and_run_print_the_same_warning(
     file = tmp_path / "experiment.toml"
     checked = cardsflow("check", tmp_path / "robot")[1]
     started = cardsflow("init", tmp_path / "robot", "-o", file)[2]
-    ran = cardsflow("run", file, "--set", "run.duration=0.01", "--set", "run.coupling=direct")[2]
+    ran = cardsflow("run", file, "--set", "run.duration=0.01", "--coupling", "direct")[2]
     of_experiment = cardsflow("check", file)[1]
     lines = []
     for text in (checked, started, ran, of_experiment):
@@ -208,7 +208,7 @@ def test_reference_outside_limits_is_a_warning(
     peak: float, said: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     file = write_experiment(tmp_path, arm(), 0.0, peak, 0.0)
-    texts = cardsflow("check", file)[1], cardsflow("run", file, "--set", "run.coupling=direct")[2]
+    texts = cardsflow("check", file)[1], cardsflow("run", file, "--coupling", "direct")[2]
     for text in texts:
         found = [line for line in text.splitlines() if "[reference-" in line]
         assert len(found) == bool(said)
@@ -254,7 +254,7 @@ def test_target_out_of_reach_is_a_warning_before_a_run(
     text = (EXAMPLES / "hill_arm/experiment.toml").read_text()
     robot = EXAMPLES / "hill_arm/robot/model.sdf"
     file.write_text(text.replace("robot/model.sdf", str(robot)).replace("0.5, -0.12", "0.8, -0.12"))
-    err = cardsflow("run", file, "--set", "run.duration=1.2", "--set", "run.coupling=direct")[2]
+    err = cardsflow("run", file, "--set", "run.duration=1.2", "--coupling", "direct")[2]
     (line,) = [line for line in err.splitlines() if "[motion-not-reached]" in line]
     found = re.search(r"reaches hand.x (.+), hand.z (.+): .* is hand.x (.+), hand.z (.+); ", line)
     assert found is not None

@@ -150,7 +150,7 @@ def test_command_runs_a_system(
     assert "cable_1" in Result.load(out).experiment.robot.muscles[0].name
     assert main(["report", str(out), "-o", str(tmp_path / "report.html")]) == 0
     assert main(["view", str(system), "--html", str(page)]) == 2
-    assert main(["run", str(system), "--set", "run.coupling=direct"]) == 2
+    assert main(["run", str(system), "--coupling", "direct"]) == 2
     assert main(["run", str(tmp_path / "none.ssp")]) == 2
 
 
