@@ -54,6 +54,7 @@ def _bound() -> Any:
     core.core_shooting_run.argtypes = [
         *(pointer, count, count, pointer, pointer, pointer, count, pointer, pointer, pointer)
     ]
+    core.core_shooting_rates.argtypes = [pointer, count, pointer, pointer, pointer, pointer]
     core.core_shooting_along.argtypes = [
         *(pointer, count, count, pointer, pointer, pointer, pointer, pointer)
     ]
@@ -89,6 +90,13 @@ class _Worker:
         bad: int = _bound().core_shooting_run(
             self._handle, len(h), steps, *data[:3], len(inputs), *data[3:]
         )
+        return bad
+
+    def rates(
+        self, x: FloatArray, controls: FloatArray, rates: FloatArray, tensions: FloatArray
+    ) -> int:
+        data = [array.ctypes.data for array in (x, controls, rates, tensions)]
+        bad: int = _bound().core_shooting_rates(self._handle, len(x), *data)
         return bad
 
     def run_along(
@@ -230,23 +238,27 @@ class Shooting:
         self.laws.start(commands)
         return self.laws.states.copy()
 
-    def tensions(self, x: FloatArray, u: FloatArray) -> FloatArray:
-        """Return the tensions of all muscles, shape (k, m), in [N], as for `run`."""
-        commands = np.zeros((len(x), self._m))
-        commands[:, self.driven] = u[:, : len(self.driven)]
-        tensions = np.empty((len(x), self._m))
-        for k, row in enumerate(x):
-            self._core.move(self._core.handle, row[: self.n].tobytes())
-            self.laws.states[:] = row[2 * self.n :]
-            tensions[k] = self.laws.drive(row[self.n : 2 * self.n], commands[k])
-        return tensions
+    def rates(self, x: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the time derivatives of states, shape (k, nx), and the tensions of all muscles.
 
-    def rates(self, x: FloatArray, u: FloatArray) -> FloatArray:
-        """Return the time derivatives of states, shape (k, nx), as for `run`."""
-        with self.using(1):
-            simulated = self._simulate(x, u, np.zeros(len(x)), self._inputs[-1:])
-        assert simulated is not None
-        return simulated[1][:, :, 0]
+        Args:
+            x: States, shape (k, nx).
+            u: Controls, shape (k, nu).
+
+        Returns:
+            The derivatives, and the tensions, shape (k, m), in [N].
+        """
+        count = len(x)
+        _, states, controls = self._arguments(x, u, np.zeros(count))
+        rates, tensions = np.empty((count, self.nx)), np.empty((count, self._m))
+
+        def run(worker: int, span: slice) -> None:
+            arrays = states[span], controls[span], rates[span], tensions[span]
+            bad = self._workers[worker].rates(*arrays)
+            assert not bad
+
+        self._threads.share(run, count, is_small=count < _MIN_SHARED)
+        return rates, tensions
 
     def _simulate(
         self, x: FloatArray, u: FloatArray, h: FloatArray, inputs: IntArray

@@ -93,7 +93,7 @@ def _with_names(
     robot, shooting, n = setup.dynamics.robot, setup.shooting, setup.dynamics.n
     laws, driven = shooting.laws, shooting.driven
     torques = controls[:, len(driven) :]
-    forces = np.concatenate([shooting.tensions(states, controls), torques], axis=1)
+    forces = np.concatenate([shooting.rates(states, controls)[1], torques], axis=1)
     names_of_law = list(laws.state_names)
     ports = [port.name for port in state_ports(robot, "input") if port.name in names_of_law]
     order = [*range(2 * n), *(2 * n + names_of_law.index(name) for name in ports)]

@@ -275,8 +275,8 @@ def _samples(
     interval = np.minimum((times / h + 1e-9).astype(int), len(at.u) - 1)
     x, u = _states(setup, at, times), at.u[interval]
     torques = u[:, len(setup.shooting.driven) :]
-    forces = np.concatenate([setup.shooting.tensions(x, u), torques], axis=1)
-    qdd = setup.shooting.rates(x, u)[:, n : 2 * n]
+    rates, tensions = setup.shooting.rates(x, u)
+    forces, qdd = np.concatenate([tensions, torques], axis=1), rates[:, n : 2 * n]
     robot = dynamics.robot
     names = [
         *(f"{letter}.{c.name}" for letter in ("q", "qd", "qdd") for c in robot.coordinates),

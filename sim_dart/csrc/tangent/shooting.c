@@ -171,19 +171,31 @@ static void begin(core_shooting *s, double *derivatives)
         if ((size_t)s->inputs[j] < s->width) derivatives[(size_t)s->inputs[j] * s->across + j] = 1;
 }
 
+/* Move to a state. Return nonzero if it is not finite. */
+static int move_to(const core_shooting *s, const double *state)
+{
+    core *c = s->plain;
+    memcpy(c->q, state, s->n * sizeof(double));
+    memcpy(c->qd, state + s->n, s->n * sizeof(double));
+    memcpy(c->law_states, state + 2 * s->n, (s->width - 2 * s->n) * sizeof(double));
+    return core_move_checked(c, c->q, c->qd);
+}
+
+/* Store q, qd and law_states, or their rates. */
+static void store(const core_shooting *s, const double *q, const double *qd, const double *states, double *to)
+{
+    memcpy(to, q, s->n * sizeof(double));
+    memcpy(to + s->n, qd, s->n * sizeof(double));
+    memcpy(to + 2 * s->n, states, (s->width - 2 * s->n) * sizeof(double));
+}
+
 /* Simulate an interval. */
 static int simulate(core_shooting *s, int32_t steps, double h, const double *start, double *end)
 {
     core *c = s->plain;
-    const size_t states = s->width - 2 * s->n;
-    memcpy(c->q, start, s->n * sizeof(double));
-    memcpy(c->qd, start + s->n, s->n * sizeof(double));
-    memcpy(c->law_states, start + 2 * s->n, states * sizeof(double));
-    if (core_move_checked(c, c->q, c->qd)) return 1;
+    if (move_to(s, start)) return 1;
     if (runge_kutta_observed(c, s->controls, s->controls + s->m, h, steps, s->across ? follow : NULL, s)) return 1;
-    memcpy(end, c->q, s->n * sizeof(double));
-    memcpy(end + s->n, c->qd, s->n * sizeof(double));
-    memcpy(end + 2 * s->n, c->law_states, states * sizeof(double));
+    store(s, c->q, c->qd, c->law_states, end);
     return 0;
 }
 
@@ -196,6 +208,21 @@ int core_shooting_run(core_shooting *s, int32_t count, int32_t steps, const doub
         s->controls = controls + (size_t)k * (s->m + s->n);
         if (s->across) begin(s, derivatives + (size_t)k * s->width * s->across);
         if (simulate(s, steps, h[k], starts + (size_t)k * s->width, ends + (size_t)k * s->width)) return 1 + k;
+    }
+    return 0;
+}
+
+int core_shooting_rates(core_shooting *s, int32_t count, const double *states, const double *controls, double *rates,
+                        double *tensions)
+{
+    core *c = s->plain;
+    for (int32_t k = 0; k < count; k++) {
+        const double *u = controls + (size_t)k * (s->m + s->n);
+        if (move_to(s, states + (size_t)k * s->width)) return 1 + k;
+        if (!c->has_laws && core_drive(c, c->qd, u)) return 1 + k; /* core_derivative then needs no tensions */
+        if (core_derivative(c, u, u + s->m)) return 1 + k;
+        store(s, c->qd, c->qdd, c->law_rates, rates + (size_t)k * s->width);
+        memcpy(tensions + (size_t)k * s->m, c->tensions, s->m * sizeof(double));
     }
     return 0;
 }
@@ -252,6 +279,13 @@ int core_shooting_run(core_shooting *s, int32_t count, int32_t steps, const doub
 {
     (void)s, (void)count, (void)steps, (void)h, (void)starts, (void)controls, (void)directions, (void)inputs;
     (void)ends, (void)derivatives;
+    return 1;
+}
+
+int core_shooting_rates(core_shooting *s, int32_t count, const double *states, const double *controls, double *rates,
+                        double *tensions)
+{
+    (void)s, (void)count, (void)states, (void)controls, (void)rates, (void)tensions;
     return 1;
 }
 

@@ -20,11 +20,15 @@ CORE_API core_shooting *core_shooting_open(core *plain, void *memory);
    generalised forces. Inputs are the state, the controls, and h, in this order. Compute the states at the
    ends, count x states, and their derivatives by the given inputs, count x states x directions. Without
    directions only the ends are computed, which is much faster. Derivatives do not include joint limits that
-   are reached. Return 0, or 1 + the interval in which the
-   state diverged. */
+   are reached. Return 0, or 1 + the interval in which the state diverged. */
 CORE_API int core_shooting_run(core_shooting *s, int32_t count, int32_t steps, const double *h, const double *starts,
                                const double *controls, int32_t directions, const int32_t *inputs, double *ends,
                                double *derivatives);
+
+/* Compute the time derivatives, count x states, and the tensions of all muscles, count x muscles, at states with
+   their controls. Return 0, or 1 + the index of a state that is not finite. */
+CORE_API int core_shooting_rates(core_shooting *s, int32_t count, const double *states, const double *controls,
+                                 double *rates, double *tensions);
 
 /* Compute the derivatives of the states at the ends, count x states, along a change of the numbers of the
    robot's blob, in the order of its fields: see core_tangent_change_robot. Return the same as

@@ -16,6 +16,7 @@ from support.robots.wrapped import FAR, over_ellipsoids
 from addin_sdfusion.robot import WORLD, CardsflowError, Robot, ViaPoint, Wrap
 from cardsflow_fmu import Experiment
 from sim_dart import Plant
+from sim_dart.dynamics.core import CoreDynamics
 from sim_dart.optimal.shooting import Shooting
 
 COUNT, H, STEPS = 20, 0.02, 2
@@ -182,7 +183,20 @@ def test_rates_are_the_derivatives_by_time(robot: Robot) -> None:
     assert short[0] is not None
     assert short[1] is not None
     rates = (short[0].ends - short[1].ends) / (2 * e)
-    np.testing.assert_allclose(shooting.rates(x, u), rates, rtol=1e-6, atol=1e-6)
+    found, tensions = shooting.rates(x, u)
+    np.testing.assert_allclose(found, rates, rtol=1e-6, atol=1e-6)
+    np.testing.assert_array_equal(tensions, u)
+
+
+def test_tensions_of_muscle_laws_accelerate_the_robot() -> None:
+    """At the same q and qd, M times the difference of qdd is -L' times that of the tensions."""
+    shooting, dynamics = _hill_arm(0), CoreDynamics(Experiment.load(EXAMPLES / "hill_arm").robot)
+    q, rng = np.array([0.3, 0.5]), np.random.default_rng(5)
+    x = np.array([[*q, 0.4, -0.2, *rng.uniform(0.2, 0.8, 6)] for _ in range(2)])
+    rates, tensions = shooting.rates(x, np.full((2, 6), 0.5))
+    qdd, f = (np.diff(each, axis=0)[0] for each in (rates[:, 2:4], tensions))
+    L = dynamics.muscle_jacobian(q)
+    np.testing.assert_allclose(dynamics.mass_matrix(q) @ qdd, -L.T @ f, rtol=1e-12)
 
 
 def test_diverging_motion_is_reported(robot: Robot) -> None:
