@@ -11,7 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-#define CHORDS 8 /* number of chords, a power of 2 */
+#define CHORDS 4 /* number of chords, a power of 2 */
 #define LONGER 1.2 /* relative length above which paths are ignored */
 
 /* cos(2 pi k / MANY_PLANES) */
@@ -38,8 +38,8 @@ static void set_cone(const real at[3], const real other[3], tangent_cone *c)
     for (int k = 0; k < 3; k++) c->second[k] = per * across[k];
     if (!(value_of(square) > 0)) unit_across(c->second, at);
     cross3(c->first, c->second, at);
-    const real scale = 1 / sqrt(c->distance2);
-    for (int k = 0; k < 3; k++) c->first[k] *= scale;
+    c->distance = sqrt(c->distance2);
+    for (int k = 0; k < 3; k++) c->first[k] /= c->distance;
 }
 
 void fan_cones(const real a[3], const real b[3], tangent_cone cones[2])
@@ -88,7 +88,7 @@ static real arc_length(const real r[3], const real N[3], real cosine_, real sine
 static int section(const real r[3], const tangent_cone cones[2], real cosine_, real sine_, plane_path *out)
 {
     const tangent_cone *A = cones, *B = cones + 1;
-    const real per_a = 1 / sqrt(A->distance2), size_b = sqrt(B->distance2);
+    const real per_a = 1 / A->distance;
     real along[3], chord[3], N[3], p[3], q[3], b[3], leaving[3];
     for (int k = 0; k < 3; k++) {
         along[k] = per_a * (cosine_ * A->first[k] + sine_ * A->second[k] - A->rho * A->at[k]);
@@ -111,7 +111,7 @@ static int section(const real r[3], const tangent_cone cones[2], real cosine_, r
     const real cosine_arc = dot3(p, q) / RR, sine_arc = dot3(turned, N) / RR;
     for (int k = 0; k < 3; k++) {
         leaving[k] /= R;
-        turned[k] = B->rho * B->at[k] - size_b * leaving[k]; /* cos t e1 + sin t e2 */
+        turned[k] = B->rho * B->at[k] - B->distance * leaving[k]; /* cos t e1 + sin t e2 */
         square += turned[k] * turned[k];
     }
     const real per_turned = value_of(square) > 0 ? 1 / sqrt(square) : 0;

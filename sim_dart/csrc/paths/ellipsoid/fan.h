@@ -8,7 +8,7 @@
    its half axes r. The tangents touch on a circle. The tangent of angle t has the direction u(t) = r (-rho e
    + cos t e1 + sin t e2) and the length rho |u|. */
 typedef struct {
-    real at[3], distance2; /* e, scaled, and its square */
+    real at[3], distance, distance2; /* e, scaled, its length, and the square of it */
     real rho, reach;       /* radius of that circle; length of the tangents, scaled */
     real first[3], second[3]; /* e1, e2: unit vectors */
 } tangent_cone;
