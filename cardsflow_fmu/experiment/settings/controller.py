@@ -71,6 +71,9 @@ class PostureSettings(Table):
 _OPEN = (MPC, POLICY)
 """Types that control either space."""
 
+_PER_NODE, _TIME_CONSTANTS = 0.5, 10.0  # slowest time constants per interval, and in a horizon
+_MAX_DEFAULT_HORIZON = 1.0  # in [s]; robots that fall without control diverge in longer ones
+
 
 def _require_gains_of_laws(schema: dict[str, Any]) -> None:
     """Require gains in the JSON Schema only for types that use them."""
@@ -150,7 +153,9 @@ class ControllerSettings(Table):
     )
 
     horizon: Positive | None = setting(
-        "mpc: duration of the predicted motion, in s (default: 0.025 per node, at most 0.5)", None
+        "mpc: duration of the predicted motion, in s (default: half the slowest time constant of "
+        "kp and kd per node; at most 10 of them, and 1 s)",
+        None,
     )
     nodes: Annotated[int, Field(ge=2, le=200), AS_WHOLE] = setting(
         "mpc: number of intervals of the predicted motion, each with constant forces", 20
@@ -226,7 +231,13 @@ class ControllerSettings(Table):
     @property
     def predicted_time(self) -> float:
         """Duration of the predicted motion, in [s]: `horizon`, or its default."""
-        return self.horizon or min(0.025 * self.nodes, 0.5)
+        if self.horizon:
+            return self.horizon
+        idle = self.uncontrolled if self.space == "joint" else (False,) * len(self.kp)
+        gains = zip(self.kp, self.kd, idle, strict=True)
+        rates = [_slowest_rate(kp, kd) for kp, kd, is_idle in gains if not is_idle]
+        time_constants = min(_PER_NODE * self.nodes, _TIME_CONSTANTS)
+        return min(time_constants / min(rates), _MAX_DEFAULT_HORIZON)
 
     @property
     def custom_law(self) -> CustomLaw | None:
@@ -303,6 +314,12 @@ _FALLBACK = "joint_space"
 """Law in joint space if model predictive control has no solution; unused by trajectory_feedback."""
 _FEEDBACK_KEYS = ("type", "period", "gains", "engine", "kp", "kd")
 """Keys of the feedback along an optimal motion."""
+
+
+def _slowest_rate(kp: float, kd: float) -> float:
+    """Return the decay of the slowest error of predictive control with default costs, in [1/s]."""
+    half = max(kd, math.sqrt(2.0 * kp)) / 2.0
+    return min(half, kp / (half + math.sqrt(max(half**2 - kp, 0.0))))
 
 
 def read_controller(

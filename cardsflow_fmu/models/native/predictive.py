@@ -10,9 +10,12 @@ from addin_sdfusion.robot import Robot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.predictive import MPC, override
 from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.analysis.inverse_dynamics import Motion, motion_terms
+from controllers.force_distribution.bounded import ForceDistribution
 from sim_dart import CoreDynamics, compile_blob
 from sim_dart.estimation.estimated_robot import estimated_robot
 from sim_dart.muscles.friction import has_cable_friction
+from sim_dart.optimal.shooting import Shooting
 
 from .fields import Counts, Fields
 
@@ -20,16 +23,20 @@ _FORCE_SHARE = 3e-6  # default cost of forces, relative to the squared accelerat
 _POSTURE_SHARE = 1e-2  # cost of the posture, relative to that of the tasks
 _TOLERANCE = 1e-8  # complementarity, relative to the same accelerations
 _WEAK = 1e-6  # squared acceleration of directions without muscles, relative to the largest
+_STABLE = 1.4  # fastest rate times a Runge-Kutta step, half of the limit of stability
+_SHORT = 1e-4  # interval from which rates are computed, in [s]
 _VIOLATION = 20.0  # cost of violated bounds, relative to the largest cost of tracking
 
 
 def predictive_fields(experiment: Experiment) -> tuple[Counts, Fields, dict[str, FloatArray]]:
     """Return counts, fields, and arrays of mpc.h; see `encode`. Without mpc, they are empty."""
     if experiment.controller.type != MPC:
-        return {"plan_bytes": 0}, {"nodes": 0, "plan_robot": []}, {}
-    blob = compile_blob(_predicted_robot(experiment))
+        return {"plan_bytes": 0}, {"nodes": 0, "plan_steps": 0, "plan_robot": []}, {}
+    robot = _predicted_robot(experiment)
+    blob = compile_blob(robot)
     fields: Fields = {
         "nodes": experiment.controller.nodes,
+        "plan_steps": _runge_kutta_steps(experiment, robot),
         "plan_robot": np.frombuffer(blob, np.uint8),
     }
     arrays = {f"mpc.{name}": array for name, array in _arrays(experiment).items()}
@@ -46,6 +53,22 @@ def _predicted_robot(experiment: Experiment) -> Robot:
         for joint in robot.joints
     )
     return estimated_robot(replace(robot, joints=joints))
+
+
+def _runge_kutta_steps(experiment: Experiment, robot: Robot) -> int:
+    """Return the Runge-Kutta steps with which an interval is stable, near a rest at the start."""
+    dynamics, settings = CoreDynamics(experiment.robot), experiment.controller
+    rest = np.zeros((3, 1, len(robot.coordinates)))
+    rest[0] = experiment.start.q
+    terms = motion_terms(dynamics, Motion(np.zeros(1), *rest))
+    distribution = ForceDistribution(dynamics.f_min, dynamics.f_max, motors=terms.motors)
+    forces = distribution.solve(terms.L[0], terms.tau[0], dynamics.mass_matrix(rest[0, 0])).forces
+    near = Shooting(robot).run(rest[:2].reshape(1, -1), forces[None], np.array([_SHORT]))
+    if near is None:
+        return 1
+    rates = np.log(np.linalg.eigvals(near.A[0]).astype(complex)) / _SHORT
+    interval = settings.predicted_time / settings.nodes
+    return int(np.ceil(abs(rates).max() * interval / _STABLE))
 
 
 def _arrays(experiment: Experiment) -> dict[str, FloatArray]:

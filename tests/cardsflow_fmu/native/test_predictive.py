@@ -89,6 +89,23 @@ def test_default_horizon_is_long_enough_to_return() -> None:
     assert own < 0.5 * expected
 
 
+def test_default_horizon_follows_slowest_error() -> None:
+    """The slowest eigenvalues are -10 of -10 and -15, -10 ± 10i due to the costs, and -1."""
+    for kp, kd, time in ((150.0, 25.0, 0.4), (200.0, 0.0, 0.4), (1.0, 2.0, 1.0)):
+        settings = PLANAR | {"controller.kp": [kp, 2000.0], "controller.kd": [kd, 90.0]}
+        controller = Experiment.load(EXAMPLES / "planar_2r", settings).controller
+        assert controller.predicted_time == pytest.approx(time)
+
+
+def test_stiff_joint_is_predicted_with_more_runge_kutta_steps() -> None:
+    """Its fastest motion decays by exp(-7.8) in an interval, which one step cannot represent."""
+    settings = {"robot.coordinates.joint_1.damping": 20.0, "run.duration": 0.05}
+    settings |= {"controller.horizon": 0.4, "controller.nodes": 20}
+    columns = run("planar_2r", PLANAR | settings)
+    assert not columns["fallback"].any()
+    assert tracking_error(columns).max() < 1e-5
+
+
 def test_hill_muscles_without_force_limits() -> None:
     """The first tick needs more iterations than the limit of the others."""
     settings = {"controller.type": "mpc", "run.duration": 0.05}

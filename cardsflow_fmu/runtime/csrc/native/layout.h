@@ -98,6 +98,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     motion_use        0 without a motion; 1 for its forces as the pretension; 2 for feedback by forces, 3 by
  *                       commands of muscle laws
  *     nodes             intervals of model predictive control, or 0; see controllers/csrc/mpc/mpc.h
+ *     plan_steps        Runge-Kutta steps in each of these intervals
  *     plan_robot        robot blob for its motions: ideal cables, joints without limits
  *     array_names       names of arrays of the loop or of its law, zero-terminated; see control_loop.h. Those of
  *                       model predictive control begin with "mpc."
@@ -158,6 +159,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, array_values, 1, numbers)                                                                   \
     FIELD(double, policy, 1, policy_numbers)                                                                  \
     FIELD(uint32_t, nodes, 1, models)                                                                         \
+    FIELD(uint32_t, plan_steps, 1, models)                                                                    \
     FIELD(char, plan_robot, 1, plan_bytes)                                                                    \
     FIELD(uint32_t, bounded, 1, bounds)                                                                       \
     FIELD(double, full_bounds, 1, bounds)                                                                     \
