@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,7 +19,6 @@ from addin_sdfusion.robot import (
     UnknownNameError,
     limits,
 )
-from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.formats.read import (
     Reading,
     read_trajectory,
@@ -30,6 +27,7 @@ from addin_sdfusion.robot.formats.read import (
 )
 from cardsflow_fmu.cosim.signals.port import identifier
 from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.csv_table import read_csv
 
 if TYPE_CHECKING:
     from sim_dart.dart.interference import Nearest
@@ -116,23 +114,15 @@ def _trajectory(name: str, reading: Reading, robot: Robot) -> Motion:
 
 
 def _table(file: Path, robot: Robot) -> Motion:
-    try:
-        data = read_file(file, limits.MOTION)
-        if data.count(b"\n") + data.count(b"\r") > 2 * limits.MOTION_ROWS:
-            raise InputError(f"has more than {limits.MOTION_ROWS} rows", file=file)
-        rows = list(csv.reader(io.StringIO(data.decode("utf-8-sig"))))
-    except (UnicodeDecodeError, csv.Error):
-        raise InputError("is not a table of comma-separated values", file=file) from None
-    if len(rows) < 2:
+    names, rows = read_csv(file, kind="table of joint positions", most=limits.MOTION_VALUES)
+    if not len(rows):
         raise InputError("has no rows", file=file)
-    names = [name.strip() for name in rows[0]]
-    columns = [_column(c.name, names, file) for c in robot.coordinates]
-    postures = [_numbers(row, columns, file, line) for line, row in enumerate(rows[1:], 2)]
-    times = None
-    if "time" in names:
-        k = names.index("time")
-        times = np.array([_numbers(row, [k], file, n)[0] for n, row in enumerate(rows[1:], 2)])
-    return Motion(np.array(postures).reshape(len(postures), len(columns)), times)
+    postures = rows[:, [_column(c.name, names, file) for c in robot.coordinates]]
+    wrong = np.flatnonzero(~np.isfinite(postures).all(axis=1))
+    if wrong.size:
+        problem = "contains a value that is not finite"
+        raise InputError(problem, file=file, line=int(wrong[0]) + 2)
+    return Motion(postures, rows[:, names.index("time")] if "time" in names else None)
 
 
 def _column(joint: str, names: Sequence[str], file: Path) -> int:
@@ -140,16 +130,6 @@ def _column(joint: str, names: Sequence[str], file: Path) -> int:
         if name in names:
             return names.index(name)
     raise UnknownNameError("column", f"q.{identifier(joint)}", names, file=file, line=1)
-
-
-def _numbers(row: Sequence[str], columns: Sequence[int], file: Path, line: int) -> list[float]:
-    try:
-        values = [float(row[k]) for k in columns]
-    except (ValueError, IndexError):
-        raise InputError("contains a value that is not a number", file=file, line=line) from None
-    if not all(math.isfinite(value) for value in values):
-        raise InputError("contains a value that is not finite", file=file, line=line)
-    return values
 
 
 def motion_findings(

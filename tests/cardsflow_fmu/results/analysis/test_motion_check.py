@@ -103,10 +103,13 @@ def test_invalid_motion_of_a_check_is_reported_in_one_line(
 
 BAD_TABLES = {
     "column": ("time,q.joint_1\n0,0\n", "no column 'q.joint_2'"),
-    "text": ("joint_1,joint_2\n0,x\n", "motion.csv:2: contains a value that is not a number"),
-    "short": ("joint_1,joint_2\n0\n", "motion.csv:2"),
+    "text": (
+        "joint_1,joint_2\n0,x\n",
+        "motion.csv: is not a table of joint positions: could not convert",
+    ),
+    "short": ("joint_1,joint_2\n0\n", "the rows have 1 numbers"),
     "nan": ("joint_1,joint_2\n0,nan\n", "not finite"),
-    "empty": ("", "has no rows"),
+    "empty": ("joint_1,joint_2\n", "has no rows"),
 }
 
 
