@@ -74,6 +74,7 @@ def library() -> ctypes.PyDLL:
     core.core_slide.argtypes = [pointer, text]
     core.core_pulling.argtypes = [pointer]
     core.core_trace.argtypes = [pointer]
+    core.core_lines.argtypes = [pointer, pointer, pointer, count]
     core.core_count_turns.argtypes = [pointer, ctypes.c_int]
     core.core_reach.argtypes = [pointer, double]
     core.core_advance.argtypes = [pointer, text, double]

@@ -119,6 +119,10 @@ CORE_API int core_pull(core *c, const real *f);
    A cable with the tension f pulls a surface with -f and f times the two directions. */
 CORE_API void core_trace(core *c);
 
+/* Write a polyline along each muscle at the last q, for drawing: one after the other, as far as `capacity`
+   points, 3 numbers each, and their numbers of points to `sizes`, muscles. Return the number of all points. */
+CORE_API int32_t core_lines(core *c, int32_t *sizes, real *points, int32_t capacity);
+
 /* Enable or disable counting of turns about cylinders from the next move. The next move starts with the
    turns specified in the blob. In each later move a cable must turn by less than half a turn. */
 CORE_API void core_count_turns(core *c, int on);

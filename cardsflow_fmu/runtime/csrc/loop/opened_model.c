@@ -102,10 +102,9 @@ double *native_model_array(struct opened_model *opened, const char *name, size_t
     return array || !core_of(opened) ? array : core_array(core_of(opened), name, length);
 }
 
-void native_model_trace(struct opened_model *opened)
+int32_t native_model_lines(struct opened_model *opened, int32_t *sizes, double *points, int32_t capacity)
 {
-    if (core_of(opened))
-        core_trace(core_of(opened));
+    return core_of(opened) ? core_lines(core_of(opened), sizes, points, capacity) : 0;
 }
 
 const char *native_model_message(const struct opened_model *opened)

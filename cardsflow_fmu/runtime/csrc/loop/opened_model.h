@@ -52,8 +52,8 @@ NATIVE_API int native_model_use(struct opened_model *opened, const control_law *
  * and its length: see control_loop.h and core.h. Return NULL if it does not exist. */
 NATIVE_API double *native_model_array(struct opened_model *opened, const char *name, size_t *length);
 
-/* Compute the contacts of the robot's muscles with their wrap surfaces and pulleys for drawing: see core_trace. */
-NATIVE_API void native_model_trace(struct opened_model *opened);
+/* Write a polyline along each muscle of the robot, for drawing, and return the number of points: see core_lines. */
+NATIVE_API int32_t native_model_lines(struct opened_model *opened, int32_t *sizes, double *points, int32_t capacity);
 
 /* Return the last error message. */
 NATIVE_API const char *native_model_message(const struct opened_model *opened);

@@ -309,15 +309,15 @@ class Engine {
   }
 
   frame() {
-    const { pulled } = this;
+    const { pulled } = this, lines = this.plant.lines();
     return {
       time: this.time,
       step: this.k,
       values: this.values(),
       q: this.plant.group("q").slice(),
       poses: this.drawing.allPoses().slice(),
-      paths: this.drawing.paths(),
-      pathSizes: this.drawing.sizes.slice(),
+      paths: lines.points,
+      pathSizes: lines.sizes,
       tensions: this.tensions(),
       broken: this.broken(),
       faultTime: this.faultTime(),

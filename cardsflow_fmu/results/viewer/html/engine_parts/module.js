@@ -63,7 +63,7 @@ class Model {
     this.role = entry.role;
     this.count = entry.names.length;
     this.at = module.room(8 * this.count);
-    this.handle = this.begin = 0;
+    this.handle = this.begin = this.line = this.room = 0;
     this.load(file);
   }
 
@@ -129,7 +129,21 @@ class Model {
     return module.doubles(...this.arrays.get(name));
   }
 
-  trace() { this.module.calls.native_model_trace(this.handle); }
+  // Returns the polylines of all muscles, one after the other, and their numbers of points.
+  lines() {
+    const { module } = this, { calls } = module, muscles = this.array("lengths").length;
+    const sizes = module.room(4 * muscles), draw = () => calls.native_model_lines(this.handle, sizes, this.line, this.room);
+    const total = draw();
+    if (total > this.room) {
+      if (this.line) module.free(this.line);
+      this.room = 2 * total;
+      this.line = module.room(24 * this.room);
+      draw();
+    }
+    const result = { points: new Float32Array(module.doubles(this.line, 3 * total)), sizes: module.words(sizes, muscles).slice() };
+    module.free(sizes);
+    return result;
+  }
 }
 
 // Models that step together, with the tables of one drive mode; see native_loop.h.
