@@ -35,21 +35,26 @@ static void add_change(mpc *s, size_t k, size_t offset, const follow *c, real sh
 
 /* Add h (accelerations^1/2 (e'_k+1 - e'_k)/h + d e' + tracking^1/2 e)^2, see mpc.h: with e and e' at the begin
    of the first interval, which is the law of computed torque, and at the middle of the others, which is stable
-   for intervals of any length. */
+   for intervals of any length.
+   The rate at the begin is computed as (e_k+1 - e_k)/h - (e'_k+1 - e'_k)/2, which is exact for a constant e''.
+   Forces are constant in an interval, so e'' changes with the motion, by j per second: with the exact rate, the
+   steady error would be d j h^2 / (12 tracking^1/2), not 0. */
 static void add_followed(mpc *s, size_t k, const follow *c)
 {
     const size_t n = s->n, w = s->a + 2 * n;
     const real *defect = s->qp.c + k * 2 * n;
-    const real h = s->h[k], at_end = k ? PRECISE(0.5, 0.5f) : 0, at_begin = 1 - at_end;
+    const real h = s->h[k], half = PRECISE(0.5, 0.5f), at_end = k ? half : 0;
     const real stiffness = sqrt(c->tracking), inertia = sqrt(c->accelerations);
     const real damping = sqrt(c->rates + 2 * stiffness * inertia), change = inertia / h;
-    const real rate = at_begin * damping - change, next_rate = at_end * damping + change;
+    const real rate = half * damping - change, next_rate = (k ? half : -half) * damping + change;
+    const real mean = k ? 0 : damping / h;
+    const real share = (1 - at_end) * stiffness - mean, next_share = at_end * stiffness + mean;
     memset(s->row, 0, w * sizeof(real));
-    add_change(s, k, 0, c, at_begin * stiffness, at_end * stiffness);
+    add_change(s, k, 0, c, share, next_share);
     add_change(s, k, n, c, rate, next_rate);
-    const real e = at_begin * c->error + at_end * (c->next_error + dot(n, c->next_J, defect));
+    const real e = share * c->error + next_share * (c->next_error + dot(n, c->next_J, defect));
     const real rates = rate * c->rate + next_rate * (c->next_rate + dot(n, c->next_J, defect + n));
-    add_square(s, k, w, h, stiffness * e + rates - inertia * c->correction, s->row);
+    add_square(s, k, w, h, e + rates - inertia * c->correction, s->row);
 }
 
 static follow followed_coordinate(const mpc *s, size_t k, size_t i, real correction)
