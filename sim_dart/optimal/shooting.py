@@ -153,7 +153,7 @@ class Shooting:
             raise CardsflowError("optimal motions do not support cable friction; remove it")
         prepare = without_limits if with_laws else estimated_robot
         self._robot = prepare(robot)
-        self._threads, self.steps = Threads(threads), steps
+        self._threads, self.steps = Threads(threads, is_balanced=True), steps
         self.n, self._m = len(robot.coordinates), len(robot.muscles)
         self._numbers = None if family is None else RobotNumbers(family, prepare)
         self._parameters = _NO_PARAMETERS if family is None else family.nominal.copy()
@@ -283,8 +283,12 @@ class Shooting:
     def _along_parameters(self, x: FloatArray, u: FloatArray, h: FloatArray) -> FloatArray | None:
         """Return the derivatives of the ends by the parameters, shape (k, nx, np)."""
         count, numbers = len(h), self._numbers
-        by_p = np.empty((len(self._parameters), count, self.nx))
-        slopes = np.empty((0, 0)) if numbers is None else numbers.slopes(self._parameters)
+        if numbers is None:
+            return np.empty((count, self.nx, 0))
+        by_p, slopes = (
+            np.empty((len(self._parameters), count, self.nx)),
+            numbers.slopes(self._parameters),
+        )
         lengths, starts, controls = self._arguments(x, u, h)
         bad = []
 

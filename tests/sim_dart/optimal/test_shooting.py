@@ -70,6 +70,17 @@ def test_derivatives_match_differences(robot: Robot, threads: int) -> None:
     _check_derivatives(shooting, *_arguments(shooting))
 
 
+def test_results_do_not_depend_on_the_shares_of_threads() -> None:
+    one, several = (Shooting(over_ellipsoids(), STEPS, threads) for threads in (1, 3))
+    x, u, h = _arguments(one)
+    for _ in range(3):
+        found, expected = several.run(x, u, h), one.run(x, u, h)
+        assert found is not None
+        assert expected is not None
+        for each, other in zip(found, expected, strict=True):
+            np.testing.assert_array_equal(each, other)
+
+
 @pytest.mark.parametrize("is_elastic", [0, 1])
 def test_derivatives_with_muscle_laws_match_differences(is_elastic: int) -> None:
     """Commands, activations, also below their minimum, and fibre lengths of elastic muscles."""

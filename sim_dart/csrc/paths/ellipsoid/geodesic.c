@@ -13,7 +13,7 @@
      n g_0 w_n = - sum_{k=1..n} (n + k) g_k w_{n-k}.
 
    The curvature of the geodesic is |x''| = D g^(-3/2), a power whose recursion has n + k / 2 instead of n +
-   k. The last coefficients determine the length of each step. */
+   k. The last coefficients determine the number of terms and the length of each step. */
 #include "geodesic.h"
 
 #include "../../math/elementary.h"
