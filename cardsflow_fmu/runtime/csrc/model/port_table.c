@@ -1,5 +1,6 @@
 #include "port_table.h"
 
+#include "../platform/crc32.h"
 #include "../platform/read_file.h"
 
 #include <math.h>
@@ -134,17 +135,6 @@ static int take_table(struct reader *reader, struct port_table *table)
     return !reader->damaged && reader->left == 0;
 }
 
-static uint32_t crc32(const unsigned char *bytes, size_t size)
-{
-    uint32_t crc = 0xffffffffu;
-    for (size_t i = 0; i < size; i++) {
-        crc ^= bytes[i];
-        for (int bit = 0; bit < 8; bit++)
-            crc = crc >> 1 ^ (crc & 1 ? 0xedb88320u : 0);
-    }
-    return ~crc;
-}
-
 static const char *take_header(struct reader *reader, size_t size)
 {
     if (memcmp(take(reader, sizeof MAGIC), MAGIC, sizeof MAGIC) != 0)
@@ -156,7 +146,7 @@ static const char *take_header(struct reader *reader, size_t size)
         return "is cut off or damaged";
     if (version != FORMAT_VERSION)
         return "has an unknown format";
-    return crc == crc32(reader->at, reader->left) ? NULL : "is damaged";
+    return crc == crc32_of(reader->at, reader->left) ? NULL : "is damaged";
 }
 
 /* Return the error, or NULL. */
@@ -172,16 +162,13 @@ static const char *parse(struct port_table *table, size_t size)
 int port_table_read(struct port_table *table, const char *folder, struct text *error)
 {
     size_t size = 0;
-    struct text path = {NULL};
     memset(table, 0, sizeof *table);
-    text_set(&path, "%s/ports.bin", folder);
-    table->file = read_file(text_get(&path), &size);
+    table->file = read_file(folder, "ports.bin", &size);
     const char *wrong = table->file ? parse(table, size) : "cannot be read";
     if (wrong) {
-        text_set(error, "%s %s: unpack or build the FMU again", text_get(&path), wrong);
+        text_set(error, "%s/ports.bin %s: unpack or build the FMU again", folder, wrong);
         port_table_free(table);
     }
-    text_free(&path);
     return wrong != NULL;
 }
 

@@ -1,5 +1,6 @@
 #include "file.h"
 
+#include "../platform/crc32.h"
 #include "../platform/read_file.h"
 
 #include <stdlib.h>
@@ -14,40 +15,10 @@ static uint32_t u32_at(const unsigned char *bytes)
     return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
 }
 
-static uint32_t crc32_of(const unsigned char *bytes, size_t size)
-{
-    uint32_t crc = 0xffffffffu;
-    for (size_t i = 0; i < size; i++) {
-        crc ^= bytes[i];
-        for (int k = 0; k < 8; k++)
-            crc = crc >> 1 ^ (0xedb88320u & (0u - (crc & 1u)));
-    }
-    return ~crc;
-}
-
-static char *path_in(const char *folder)
-{
-    static const char name[] = "/native.bin";
-    char *path = malloc(strlen(folder) + sizeof name);
-    if (path) {
-        strcpy(path, folder);
-        strcat(path, name);
-    }
-    return path;
-}
-
-static unsigned char *bytes_in(const char *folder, size_t *size)
-{
-    char *path = path_in(folder);
-    unsigned char *bytes = path ? read_file(path, size) : NULL;
-    free(path);
-    return bytes;
-}
-
 int native_file_exists(const char *folder)
 {
     size_t size;
-    unsigned char *bytes = bytes_in(folder, &size);
+    unsigned char *bytes = read_file(folder, "native.bin", &size);
     free(bytes);
     return bytes != NULL;
 }
@@ -77,7 +48,7 @@ int native_file_read(struct native_file *file, const char *folder, struct text *
 {
     size_t size = 0;
     memset(file, 0, sizeof *file);
-    file->bytes = bytes_in(folder, &size);
+    file->bytes = read_file(folder, "native.bin", &size);
     const char *wrong = file->bytes ? parse(file, size) : "missing";
     if (wrong) {
         text_set(error, "%s/native.bin is %s; unpack or build the FMU again", folder, wrong);

@@ -1,5 +1,7 @@
 #include "read_file.h"
 
+#include "text.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -30,13 +32,18 @@ static unsigned char *read_all(FILE *file, size_t *size)
         free(bytes);
         return NULL;
     }
+    if (bytes)
+        bytes[length] = '\0';
     *size = (size_t)length;
     return bytes;
 }
 
-unsigned char *read_file(const char *path, size_t *size)
+unsigned char *read_file(const char *folder, const char *name, size_t *size)
 {
-    FILE *file = open_file(path);
+    struct text path = {NULL};
+    text_set(&path, "%s/%s", folder, name);
+    FILE *file = open_file(text_get(&path));
+    text_free(&path);
     if (!file)
         return NULL;
     unsigned char *bytes = read_all(file, size);

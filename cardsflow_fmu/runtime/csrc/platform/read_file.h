@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-/* Return the bytes of a file on the heap; NULL if it cannot be read. */
-unsigned char *read_file(const char *path, size_t *size);
+/* Return the bytes of a file in `folder`, and a further zero, on the heap; NULL if it cannot be read. */
+unsigned char *read_file(const char *folder, const char *name, size_t *size);
 
 #endif

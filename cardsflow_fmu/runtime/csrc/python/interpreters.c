@@ -17,13 +17,9 @@ static const char IN_ENVIRONMENT[] = "bin/python", ON_PATH[] = "python3";
 static char *recorded_python(const char *resources)
 {
     size_t size = 0;
-    struct text path = {NULL};
-    text_set(&path, "%s/python.txt", resources);
-    char *line = (char *)read_file(text_get(&path), &size);
-    text_free(&path);
+    char *line = (char *)read_file(resources, "python.txt", &size);
     if (!line)
         return NULL;
-    line[size] = '\0'; /* the buffer has a further byte */
     line[strcspn(line, "\r\n")] = '\0';
     if (*line)
         return line;
