@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import errno
 import ipaddress
-import math
 import socket
 import time
 from collections.abc import Callable, Hashable
@@ -182,27 +181,3 @@ def _uri_host(host: str) -> str:
 def _local_host(address: str) -> str:
     """Return the address by which programs on this machine reach a server."""
     return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(address, address)
-
-
-def serve(
-    device: Device,
-    uri: str,
-    *,
-    stop: Callable[[], object] = bool,
-    line: Line | None = None,
-    duration: float = math.inf,
-    ready: Callable[[str], object] = lambda uri: None,
-) -> None:
-    """Serve a device until `stop` returns a true value, then bring it to its safe state.
-
-    Args:
-        uri: Address to listen on; see `DeviceServer`.
-        stop: Function that is called at least every 50 ms.
-        line: Line between socket and device, or None for a direct connection.
-        duration: Maximum time to serve, in [s].
-        ready: Function that is called with the address of the server once the server listens.
-    """
-    with DeviceServer(device, uri, line=line) as server:
-        ready(server.uri)
-        end = time.monotonic() + duration
-        server.run(lambda: stop() or time.monotonic() >= end)

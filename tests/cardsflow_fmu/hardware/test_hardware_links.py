@@ -32,7 +32,7 @@ from support.hardware.hardware_fuzz import FRAMES, bad_frames
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.settings.hardware import Faults
 from cardsflow_fmu.hardware.device.device import Device
-from cardsflow_fmu.hardware.device.server import DeviceServer, serve
+from cardsflow_fmu.hardware.device.server import DeviceServer
 from cardsflow_fmu.hardware.emulator.faults import FaultyLine
 from cardsflow_fmu.hardware.links.framed_link import FramedLink
 from cardsflow_fmu.hardware.links.link import HardwareLink
@@ -522,15 +522,11 @@ def test_exchanges_tolerate_faults_of_the_line(faults: Faults, missed: float) ->
 
 def test_serving_ends_in_the_safe_state() -> None:
     device = make_device(watchdog=10.0)
-    addresses: list[str] = []
     stop = threading.Event()
-    arguments = {"stop": stop.is_set, "ready": addresses.append, "duration": 1e4}
-    thread = threading.Thread(target=serve, args=(device, "udp://:0"), kwargs=arguments)
-    thread.start()
-    while not addresses:
-        time.sleep(1e-3)
-    assert addresses[0].startswith("udp://127.0.0.1:")
-    with UdpLink(addresses[0]) as link:
+    with DeviceServer(device, "udp://:0") as server, UdpLink(server.uri) as link:
+        assert server.uri.startswith("udp://127.0.0.1:")
+        thread = threading.Thread(target=server.run, args=(stop.is_set,))
+        thread.start()
         link.open(handshake(watchdog=10.0))
         pull(link)
         assert device.state == "running"
@@ -538,12 +534,6 @@ def test_serving_ends_in_the_safe_state() -> None:
         thread.join()
         link._moving = False
     assert device.state == "safe"
-
-
-def test_serving_ends_after_its_duration() -> None:
-    begin = time.monotonic()
-    serve(make_device(), "udp://:0", duration=0.1)
-    assert time.monotonic() - begin >= 0.1
 
 
 def test_an_address_in_use_is_rejected() -> None:

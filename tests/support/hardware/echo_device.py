@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cardsflow_fmu.hardware.device.device import Device
-from cardsflow_fmu.hardware.device.server import serve
+from cardsflow_fmu.hardware.device.server import DeviceServer
 from cardsflow_fmu.hardware.protocol.frame import HEADER_BYTES
 
 COMMANDS, STATES = 4, 12
@@ -63,4 +63,6 @@ if __name__ == "__main__":
         echo()
     key = bytes.fromhex(sys.argv[1]) if len(sys.argv) > 1 else None
     device = Device(EchoRobot(), SIGNATURE, 1e-3, key=key, watchdog=1.0, f_min=10.0, f_max=500.0)
-    serve(device, "udp://127.0.0.1:0", ready=lambda uri: print(uri, flush=True))
+    with DeviceServer(device, "udp://127.0.0.1:0") as server:
+        print(server.uri, flush=True)
+        server.run()
