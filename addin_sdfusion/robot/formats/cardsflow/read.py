@@ -123,9 +123,8 @@ class MuscleReader:
         for node in block.all("viaPoint"):
             kind = node.attribute("type")
             if node.has("type") and kind != "FIXPOINT" and kind not in SHAPES:
-                known = ", ".join(("FIXPOINT", *SHAPES))
-                problem = f"unknown via point type {short_repr(kind)}; known: {known}"
-                node.error("unsupported-via-point", problem)
+                problem = f"unknown via point type {short_repr(kind)}"
+                node.error("unsupported-via-point", problem, ("FIXPOINT", *SHAPES))
             yield _Step(node, link, node.vector3(), SHAPES.get(kind))
 
     def _path_wraps(self, steps: Sequence[_Step]) -> Iterator[Wrap]:
@@ -265,7 +264,7 @@ def _known_word(node: Node, name: str, allowed: tuple[str, ...], code: str = "ba
     """Return the word in an attribute; the first known word if the attribute is not set."""
     word = node.attribute(name, allowed[0])
     if word not in allowed:
-        node.error(code, f"unknown {name} {short_repr(word)}; known: {', '.join(allowed)}")
+        node.error(code, f"unknown {name} {short_repr(word)}", allowed)
         return allowed[0]
     return word
 

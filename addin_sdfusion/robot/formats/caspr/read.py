@@ -143,8 +143,8 @@ def _motions(node: Node) -> CasprJoint:
     if word in CASPR_AXIS_JOINTS:
         axis = normalized(node.vector_attribute("axis"))
         return CasprJoint((Motion(CASPR_AXIS_JOINTS[word], axis),), ("",))
-    known = ", ".join([*CASPR_JOINTS, *CASPR_AXIS_JOINTS])
-    node.error("unsupported-joint", f"unsupported joint type {short_repr(word)}; known: {known}")
+    problem = f"unsupported joint type {short_repr(word)}"
+    node.error("unsupported-joint", problem, (*CASPR_JOINTS, *CASPR_AXIS_JOINTS))
     return CASPR_JOINTS["R_X"]
 
 

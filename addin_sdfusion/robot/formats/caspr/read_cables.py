@@ -113,7 +113,7 @@ def _model(tag: str, properties: Node) -> CableModel:
     for child in properties.all():
         if child.tag not in tags:
             problem = f"<{child.tag}> is not a property of <{tag}>; ignored"
-            child.warning("unknown-property", f"{problem} (known: {', '.join(tags)})")
+            child.warning("unknown-property", problem, tags)
     parameters = [
         (item.name(k), value)
         for item in cable.properties

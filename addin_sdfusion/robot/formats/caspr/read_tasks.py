@@ -36,8 +36,7 @@ def read_operational_spaces(root: Node, links: Sequence[Link]) -> tuple[tuple[Ta
 def _has_items(node: Node) -> bool:
     for item in node.all():
         if item.tag not in CASPR_TASKS:
-            known = ", ".join(CASPR_TASKS)
-            item.warning("unsupported-task", f"unknown <{item.tag}>; ignored (known: {known})")
+            item.warning("unsupported-task", f"unknown <{item.tag}>; ignored", CASPR_TASKS)
     items = node.all(*CASPR_TASKS)
     if not items:
         problem = f"contains no {', '.join(CASPR_TASKS)}; the whole set is ignored"

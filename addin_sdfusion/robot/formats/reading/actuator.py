@@ -57,7 +57,6 @@ def _parameters(element: Node) -> dict[str, float]:
         if child.tag in words:
             parameters[words[child.tag]] = child.numbers(1)[0]
         else:
-            known = ", ".join(words)
-            problem = f"<{child.tag}> of <{element.tag}> is ignored (known: {known})"
-            child.warning("actuator-part-left-out", problem)
+            problem = f"<{child.tag}> of <{element.tag}> is ignored"
+            child.warning("actuator-part-left-out", problem, words)
     return parameters

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -102,13 +102,13 @@ class Node:
         """Mark the element and all elements below it as used; see `reading/unread.py`."""
         self.notes.used.update(self.element.iter())
 
-    def error(self, code: str, problem: str) -> None:
-        """Record an error about this element."""
-        self._note("error", code, problem)
+    def error(self, code: str, problem: str, choices: Iterable[str] = ()) -> None:
+        """Record an error about this element, and list the choices if there are any."""
+        self._note("error", code, problem, choices)
 
-    def warning(self, code: str, problem: str) -> None:
-        """Record a warning about this element."""
-        self._note("warning", code, problem)
+    def warning(self, code: str, problem: str, choices: Iterable[str] = ()) -> None:
+        """Record a warning about this element, and list the choices if there are any."""
+        self._note("warning", code, problem, choices)
 
     def all(self, *tags: str) -> list[Node]:
         """Return the child elements with these tags, in order; all children if no tag is given."""
@@ -229,8 +229,11 @@ class Node:
             return 0.0
         return value
 
-    def _note(self, severity: Severity, code: str, problem: str) -> None:
-        message = f"{label(self.subject)}: {problem}"
+    def _note(
+        self, severity: Severity, code: str, problem: str, choices: Iterable[str] = ()
+    ) -> None:
+        words = ", ".join(choices)
+        message = f"{label(self.subject)}: {problem}" + (words and f"; known: {words}")
         self.notes.findings.append(
             Finding(severity, code, message, self.subject, self.file, self.line)
         )

@@ -43,9 +43,7 @@ def read_joint(node: Node, model: Model) -> Joint:
     parent = _link_named(node, "parent", model.frames)
     child = _link_named(node, "child", model.frames)
     if type_ not in JOINT_TYPES:
-        known = ", ".join(JOINT_TYPES)
-        problem = f"unsupported joint type {short_repr(type_)}; known: {known}"
-        node.error("unsupported-joint", problem)
+        node.error("unsupported-joint", f"unsupported joint type {short_repr(type_)}", JOINT_TYPES)
         type_ = "fixed"
     joint = Joint(
         name,

@@ -32,9 +32,7 @@ def read_joint(node: Node, motors: Container[str]) -> Joint:
     """
     name, type_ = node.subject.name, node.attribute("type")
     if type_ not in TYPES:
-        known = ", ".join(TYPES)
-        problem = f"unsupported joint type {short_repr(type_)}; known: {known}"
-        node.error("unsupported-joint", problem)
+        node.error("unsupported-joint", f"unsupported joint type {short_repr(type_)}", TYPES)
         type_ = "fixed"
     motions, coordinates = _motions_and_coordinates(node, type_, name in motors)
     origin = read_origin(node)

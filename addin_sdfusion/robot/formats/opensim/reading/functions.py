@@ -50,9 +50,8 @@ def read_terms(node: Node, coordinates: Sequence[str], depth: int = 0) -> Terms:
         terms = [] if of is None else read_terms(of, coordinates, depth + 1)
         return [(name, scaled(function, factor)) for name, function in terms]
     if node.tag not in SUPPORTED or not coordinates:
-        known = ", ".join(SUPPORTED)
-        problem = f"<{node.tag}> of {len(coordinates)} coordinates is not supported; known: {known}"
-        node.error("unsupported-function", problem)
+        problem = f"<{node.tag}> of {len(coordinates)} coordinates is not supported"
+        node.error("unsupported-function", problem, SUPPORTED)
         return []
     if node.tag == "LinearFunction":
         return _linear(node, coordinates)

@@ -82,9 +82,8 @@ def read_joint(node: Node, frames: Frames) -> Joint:
     elif node.tag in ELLIPSOID_JOINTS:
         motions = ELLIPSOID_JOINTS[node.tag](node)
     else:
-        known = ", ".join((CUSTOM, *CLASSES, *ELLIPSOID_JOINTS))
-        problem = f"unsupported <{node.tag}>; known: {known}"
-        node.error("unsupported-joint", problem)
+        known = (CUSTOM, *CLASSES, *ELLIPSOID_JOINTS)
+        node.error("unsupported-joint", f"unsupported <{node.tag}>", known)
         motions = ()
     if node.tag in ANGULAR_VELOCITY_JOINTS:
         problem = (
@@ -155,8 +154,7 @@ def _custom(node: Node, names: list[str]) -> tuple[Motion, ...]:
             motions += _about_axis(by_name[name], kind, default, names)
     for name, axis in by_name.items():
         if name not in AXES:
-            problem = f"unknown <TransformAxis> {name!r}; known: {', '.join(AXES)}"
-            axis.error("unknown-axis", problem)
+            axis.error("unknown-axis", f"unknown <TransformAxis> {name!r}", AXES)
     return tuple(motions)
 
 
@@ -172,8 +170,8 @@ def _about_axis(node: Node, kind: MotionKind, default: Vector3, names: list[str]
     motions = []
     for name, function in read_terms(functions[0], words):
         if name and name not in names:
-            problem = f"<TransformAxis>: unknown coordinate {name!r}; known: {', '.join(names)}"
-            node.error("unknown-coordinate", problem)
+            problem = f"<TransformAxis>: unknown coordinate {name!r}"
+            node.error("unknown-coordinate", problem, names)
             continue
         motion = Motion(kind, axis, names.index(name) if name else 0, function)
         if not (motion.is_fixed and motion.displacement(0.0) == 0.0):

@@ -60,12 +60,11 @@ def read_loops(
 
 def _note_left_out(node: Node) -> None:
     name = node.attribute("name", "") or node.tag
-    known = ", ".join((*_KINDS, _WELD))
     problem = (
-        f"<{node.tag}> {name!r} is not supported and is ignored (known: {known}, if they form a "
-        "joint); the motion of the robot differs"
+        f"<{node.tag}> {name!r} is not supported or forms no joint, and is ignored; the motion of "
+        "the robot differs"
     )
-    node.warning("loop-left-out", problem)
+    node.warning("loop-left-out", problem, (*_KINDS, _WELD))
 
 
 def _weld(node: Node, frames: Frames, name: str) -> LoopJoint:

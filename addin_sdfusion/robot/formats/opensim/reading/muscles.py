@@ -53,9 +53,7 @@ def read_muscle(node: Node, context: PathContext) -> Muscle | None:
         node.warning("muscle-left-out", "it is disabled in the file; ignored")
         return None
     if node.tag not in KINDS and not node.all(MAX_FORCE_TAG):
-        known = ", ".join(KINDS)
-        problem = f"<{node.tag}> is not supported; ignored (known: {known})"
-        node.warning("muscle-left-out", problem)
+        node.warning("muscle-left-out", f"<{node.tag}> is not supported; ignored", KINDS)
         return None
     path = geometry_path(node)
     if path is None:

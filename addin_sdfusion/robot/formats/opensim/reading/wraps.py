@@ -78,9 +78,8 @@ def _read(node: Node, name: str, link: str, T_link_frame: Transform) -> WrapObje
     if node.tag == "WrapTorus":
         tube, ring = node.number("inner_radius"), node.number("outer_radius")
         return WrapObject(Torus(node, link, pose, tube, ring), quadrant)
-    known = ", ".join(SHAPES)
-    problem = f"unsupported <{node.tag}> {name!r} (known: {known}); paths are straight there"
-    node.warning("wrap-left-out", problem)
+    problem = f"unsupported <{node.tag}> {name!r}; paths are straight there"
+    node.warning("wrap-left-out", problem, SHAPES)
     return None
 
 
@@ -90,7 +89,6 @@ def _quadrant(node: Node) -> Quadrant:
     word = f"+{word}" if word in ("x", "y", "z") else word
     quadrants: Sequence[str] = get_args(Quadrant)
     if word not in quadrants:
-        problem = f"unknown quadrant {short_repr(word)}; known: {', '.join(quadrants)}"
-        node.error("bad-word", problem)
+        node.error("bad-word", f"unknown quadrant {short_repr(word)}", quadrants)
         return "all"
     return cast(Quadrant, word)
