@@ -57,29 +57,35 @@ class QpSolution:
     is_solved: bool
 
 
-def solve_qp(qp: QuadraticProgram, in_stages: bool = True) -> QpSolution:
-    """Solve a program by PIQP.
+class QpSolver:
+    """PIQP for programs with the same places of nonzeros.
 
     Args:
-        qp: The program.
         in_stages: Whether variables only occur together with those of adjacent stages in time,
             except some global ones at the end.
     """
-    import piqp  # late, since few commands need it
 
-    solver = piqp.SparseSolver()
-    settings = solver.settings
-    if in_stages:
-        settings.kkt_solver = piqp.KKTSolver.sparse_multistage
-    settings.eps_abs = settings.eps_rel = _TOLERANCE
-    settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = _TOLERANCE
-    settings.max_iter = _MAX_ITERATIONS
-    some = qp.C.shape[0] > 0
-    solver.setup(
-        *(qp.P, qp.g, qp.A, qp.b),
-        *((qp.C, qp.low, qp.high) if some else (None, None, None)),
-        *(qp.lb, qp.ub),
-    )
-    is_solved = solver.solve() == piqp.PIQP_SOLVED
-    result = solver.result
-    return QpSolution(np.array(result.x), np.array(result.y), is_solved)
+    def __init__(self, in_stages: bool = True) -> None:
+        import piqp  # late, since few commands need it
+
+        self._solver, self._solved, self._is_set_up = piqp.SparseSolver(), piqp.PIQP_SOLVED, False
+        settings = self._solver.settings
+        if in_stages:
+            settings.kkt_solver = piqp.KKTSolver.sparse_multistage
+        settings.eps_abs = settings.eps_rel = _TOLERANCE
+        settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = _TOLERANCE
+        settings.max_iter = _MAX_ITERATIONS
+
+    def solve(self, qp: QuadraticProgram) -> QpSolution:
+        """Solve a program."""
+        set_data = self._solver.update if self._is_set_up else self._solver.setup
+        some = qp.C.shape[0] > 0
+        set_data(
+            *(qp.P, qp.g, qp.A, qp.b),
+            *((qp.C, qp.low, qp.high) if some else (None, None, None)),
+            *(qp.lb, qp.ub),
+        )
+        self._is_set_up = True
+        is_solved = self._solver.solve() == self._solved
+        result = self._solver.result
+        return QpSolution(np.array(result.x), np.array(result.y), is_solved)

@@ -7,7 +7,7 @@ from scipy.sparse import block_diag, csc_matrix, csr_matrix, hstack, identity, v
 
 from controllers.arrays import BoolArray
 
-from .qp import QpSolution, QuadraticProgram, solve_qp
+from .qp import QpSolution, QpSolver, QuadraticProgram
 
 _DAMPING = 1e-6
 
@@ -48,5 +48,5 @@ def solve_relaxed(
         np.concatenate([lb, np.zeros(extra)]),
         np.concatenate([ub, np.full(extra, np.inf)]),
     )
-    solution = solve_qp(relaxed, in_stages=False)
+    solution = QpSolver(in_stages=False).solve(relaxed)
     return QpSolution(solution.d[:n], solution.y, solution.is_solved)

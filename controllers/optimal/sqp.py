@@ -15,7 +15,7 @@ from controllers.arrays import FloatArray
 from .convexity import Program
 from .lagrangian import DynamicsHessian
 from .problem import Iterate, OptimalProblem
-from .qp import QpSolution, QuadraticProgram, solve_qp
+from .qp import QpSolution, QpSolver, QuadraticProgram
 from .relaxation import solve_relaxed
 from .transcription import Linearisation, Transcription
 
@@ -177,6 +177,7 @@ class Optimiser:
     ) -> None:
         self.problem = problem
         self.transcription = Transcription(problem)
+        self._solver = QpSolver(all(each.in_stages for each in problem.linear))
         self._tolerance, self._max_iterations, self._refine = tolerance, max_iterations, refine
 
     def solve(
@@ -368,7 +369,7 @@ class Optimiser:
         damping = state.damping if damping is None else damping
         arguments = state.at, state.linearised, damping, state.hessian.blocks, state.positive
         program = self.transcription.program(*arguments)
-        solution = solve_qp(program.qp, all(each.in_stages for each in self.problem.linear))
+        solution = self._solver.solve(program.qp)
         if solution.is_solved:
             return _Step(program, solution, False)
         return _Step(program, self._relaxed(program.qp), True)
