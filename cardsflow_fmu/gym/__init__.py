@@ -1,18 +1,17 @@
-"""Environments of Gymnasium: robots that reinforcement learning trains; needs the extra `gym`.
+"""Environments of Gymnasium for reinforcement learning; needs the extra `gymnasium`.
 
 Importing this module registers the environments `cardsflow/...`.
 """
 
 from __future__ import annotations
 
-from addin_sdfusion.robot import CardsflowError
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.utils.extras import install
 
 try:
     import gymnasium  # noqa: F401
-except ImportError as error:
-    raise CardsflowError(
-        "environments need the package gymnasium; install cardsflow[gymnasium]"
-    ) from error
+except ImportError:
+    raise InputError(f"environments need gymnasium: {install('gymnasium')}") from None
 
 from .env import CardsflowEnv
 from .experiments import from_experiment

@@ -19,7 +19,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 HEIGHT, WIDTH = 360, 480
 _BACKGROUND = 250
-_MARGIN = 1.3  # size of the view over the size of the robot in its initial pose
+_MARGIN = 1.1  # size of the view over that of the robot with any joint at its limits
 _OBLIQUE = (1.0, -1.6, 0.7)
 _GROUPS = (s.LINKS, s.MUSCLES)
 
@@ -65,8 +65,7 @@ def image(robot: Robot, q: FloatArray, tensions: FloatArray) -> NDArray[np.uint8
 
 @lru_cache(maxsize=16)
 def _camera(robot: Robot) -> _Camera:
-    initial = np.array([c.initial for c in robot.coordinates])
-    stage = Stage(robot, Motion.still(initial))
+    stage = Stage(robot, Motion(np.zeros(2 * len(robot.coordinates) + 1), _extremes(robot)))
     normal = motion_plane(stage)
     towards = np.array(_OBLIQUE) if normal is None else normal
     if normal is not None and normal @ np.array(_OBLIQUE) < 0.0:
@@ -77,8 +76,23 @@ def _camera(robot: Robot) -> _Camera:
         up = np.array([0.0, 1.0, 0.0])
     up = up / np.linalg.norm(up)
     R = np.stack([np.cross(up, towards), up, towards])
-    low, high = stage.box
-    return _Camera(R, 0.5 * (low + high), min(HEIGHT, WIDTH) / (_MARGIN * stage.reach))
+    corners = np.array(list(itertools.product(*zip(*stage.box, strict=True))))
+    centre = corners.mean(axis=0)
+    seen = np.abs((corners - centre) @ R[:2].T).max(axis=0)
+    scale = (np.array([WIDTH, HEIGHT]) / np.maximum(seen, 1e-6)).min()
+    return _Camera(R, centre, scale / (2.0 * _MARGIN))
+
+
+def _extremes(robot: Robot) -> FloatArray:
+    """Return the initial pose, and this pose with each coordinate at each of its limits."""
+    initial = Motion.initial(robot).q[0]
+    rows = [initial]
+    for k, coordinate in enumerate(robot.coordinates):
+        for end in (coordinate.lower, coordinate.upper):
+            row = initial.copy()
+            row[k] = end if np.isfinite(end) else initial[k]
+            rows.append(row)
+    return np.array(rows)
 
 
 def _segments(stage: Stage, camera: _Camera) -> Iterator[_Segment]:

@@ -8,7 +8,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from addin_sdfusion.robot import InputError, Robot, read_robot
+from addin_sdfusion.robot.model.joint import Coordinate, LimitForce
+from sim_dart import Batch
 
 from .episodes import Setup
 from .tasks.pose import PoseTask
@@ -20,6 +24,16 @@ STEP, SUBSTEPS = 0.02, 10
 
 EPISODE = 100
 """Actions of an episode."""
+
+_TIME_CONSTANT, _IMPEDANCE = 0.02, 0.95
+"""Softness of the joint limits, MuJoCo's defaults, which MyoSuite's models keep."""
+
+_SOFT = ("myoFinger", "myoHand")
+"""Models whose muscles hold joints beyond their limits. The elbow only meets its stops in motion,
+where stops are nearer to MuJoCo than springs, which also damp the return."""
+
+_BEYOND = 1.0
+"""Distance of the hard stops from the limits, in [rad] or [m]."""
 
 _FINGER = {"IFadb": (-0.2, 0.2), "IFmcp": (-0.4, 1.0), "IFpip": (0.1, 1.0), "IFdip": (0.1, 1.0)}
 _BENT_FINGER = {"IFadb": (0, 0), "IFmcp": (0, 0), "IFpip": (0.75, 0.75), "IFdip": (0.75, 0.75)}
@@ -79,7 +93,29 @@ def myosuite_setup(name: str, model: str | Path | None) -> Setup:
             f'cardsflow/{name} needs a model of yours: make(id, model="path/to/model.xml")'
         )
     robot = _robot(Path(model))
-    return Setup(robot, TASKS[name](robot), STEP, SUBSTEPS, rest=0.0, folder=Path(model).parent)
+    plant, folder = soft_limits(robot) if name.startswith(_SOFT) else robot, Path(model).parent
+    return Setup(plant, TASKS[name](robot), STEP, SUBSTEPS, rest=0.0, folder=folder)
+
+
+def soft_limits(robot: Robot) -> Robot:
+    """Return the robot with limits that it exceeds as far as in MuJoCo while a load holds it there.
+
+    A limit is a spring (MuJoCo's documentation, Computation, Constraint model) of the stiffness
+    1 / ((1 - d) T^2 w): impedance d, time constant T, and the diagonal w of M^-1 in the initial
+    pose. Its damping is twice MuJoCo's, instead of the inertia that MuJoCo adds at limits.
+    """
+    weights = np.diag(np.linalg.inv(Batch(robot, 1, STEP).mass_matrix()[0]))
+    softness = (1.0 - _IMPEDANCE) * _TIME_CONSTANT**2 * weights
+    stiffness = dict(zip((c.name for c in robot.coordinates), 1.0 / softness, strict=True))
+
+    def soften(c: Coordinate) -> Coordinate:
+        if not (c.is_free and c.is_limited):
+            return c
+        k = float(stiffness[c.name])
+        force = LimitForce(c.lower, c.upper, k, k, 4.0 * _TIME_CONSTANT * k, transition=1e-4)
+        return replace(c, lower=c.lower - _BEYOND, upper=c.upper + _BEYOND, limit_force=force)
+
+    return replace(robot, joints=tuple(joint.map_coordinates(soften) for joint in robot.joints))
 
 
 @cache

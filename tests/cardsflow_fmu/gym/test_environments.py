@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import gymnasium
+import mujoco
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
@@ -20,6 +21,8 @@ import cardsflow_fmu.gym as gym
 from addin_sdfusion.robot import CardsflowError, read_robot
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.gym.episodes import Setup
+from cardsflow_fmu.gym.image import image
+from cardsflow_fmu.gym.myosuite import soft_limits
 from cardsflow_fmu.gym.tasks.pose import PoseTask
 from cardsflow_fmu.gym.vector_env import CardsflowVectorEnv
 from sim_dart import Batch
@@ -158,6 +161,16 @@ def test_pickled_environments_continue_equally() -> None:
     np.testing.assert_array_equal(env.reset()[0], again.reset()[0])
 
 
+@pytest.mark.parametrize("end", [0, 1])
+def test_images_contain_the_robot_at_its_joint_limits(end: int) -> None:
+    robot = gymnasium.make("cardsflow/TrackFlower-v0").unwrapped.episodes.setup.robot
+    q = np.array([(c.lower, c.upper)[end] for c in robot.coordinates])
+    drawn = (image(robot, q, np.zeros(len(robot.muscles))) < 240).any(axis=2)
+    assert drawn[1:-1, 1:-1].any()
+    drawn[1:-1, 1:-1] = False
+    assert not drawn.any()
+
+
 def test_images_and_pages_show_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
     env = gym.from_experiment(PLANAR, task="pose", render_mode="rgb_array")
     env.reset(seed=0)
@@ -201,6 +214,32 @@ def test_variants_deviate_as_a_calibration_states(tmp_path: Path) -> None:
     assert np.mean(x) == pytest.approx(nominal.muscles[0].via_points[0].position[0], abs=0.005)
     assert min(r.coordinates[0].damping for r in robots) >= 0.0
     assert np.std([r.links[-1].inertia.mass for r in robots]) == pytest.approx(0.05, rel=0.4)
+
+
+PENDULUM = """<mujoco>
+  <compiler angle="radian"/>
+  <option gravity="90 0 0"/>
+  <default>
+    <joint axis="0 1 0" range="-0.2 0.3" damping="0.5" armature="0.01"/>
+    <geom type="capsule" size="0.02" fromto="0 0 0 0 0 -0.3" contype="0"/>
+  </default>
+  <worldbody><body name="upper"><joint name="a"/><geom mass="2"/>
+    <body name="lower" pos="0 0 -0.3"><joint name="b"/><geom mass="1"/></body>
+  </body></worldbody>
+</mujoco>"""
+
+
+def test_joints_rest_beyond_their_limits_as_in_mujoco(tmp_path: Path) -> None:
+    file = tmp_path / "pendulum.xml"
+    file.write_text(PENDULUM)
+    model = mujoco.MjModel.from_xml_string(PENDULUM)
+    data = mujoco.MjData(model)
+    batch = Batch(soft_limits(read_robot(file)), 1, 0.002)
+    for _ in range(800):
+        mujoco.mj_step(model, data)
+        batch.step(np.zeros((1, 0)))
+    assert (data.qpos < -0.208).all()
+    np.testing.assert_allclose(batch.q[0] + 0.2, data.qpos + 0.2, rtol=0.02)
 
 
 def _make(name: str = POSE, **options: Any) -> Callable[[], object]:

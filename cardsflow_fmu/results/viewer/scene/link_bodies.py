@@ -19,10 +19,11 @@ _WIDE = 0.3
 def link_capsules(robot: Robot, link: Link) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Yield the end points of the capsules of a link.
 
-    Capsules reach from the link origin to the joints or the end of the link, and from there to
-    end-effector points.
+    Capsules reach from the joint that moves the link to its other joints or its end, and from there
+    to end-effector points.
     """
-    origin = np.zeros(3)
+    moving = [j.T_child_joint.position for j in robot.joints if j.child == link.name]
+    origin = np.array(moving[0] if moving else (0.0, 0.0, 0.0))
     ends = [np.array(link.end)] if link.end is not None else []
     if not any(end.any() for end in ends):
         children = [j for j in robot.joints if j.parent == link.name]
@@ -33,7 +34,7 @@ def link_capsules(robot: Robot, link: Link) -> Iterator[tuple[FloatArray, FloatA
             for name, T in ((loop.parent, loop.T_parent_joint), (loop.child, loop.T_child_joint))
             if name == link.name
         ]
-    yield from ((origin, end) for end in ends if end.any())
+    yield from ((origin, end) for end in ends if np.linalg.norm(end - origin) > 1e-9)
     hub = ends[0] if ends else origin
     for frame in task_points(robot):
         tip = np.array(frame.position)

@@ -262,3 +262,12 @@ def test_link_capsules_reach_the_joints_that_close_loops() -> None:
     rocker = next(link for link in robot.links if link.name == "rocker_bar")
     ((begin, end),) = link_capsules(robot, rocker)
     assert (begin.tolist(), end.tolist()) == ([0.0, 0.0, 0.0], [0.4, 0.0, 0.0])
+
+
+def test_link_capsules_begin_at_the_joint_that_moves_the_link() -> None:
+    robot = four_bar()
+    moved = Pose((0.1, 0.2, 0.0))
+    joints = [replace(j, T_child_joint=moved) for j in robot.joints]
+    link = next(one for one in robot.links if one.name == robot.joints[0].child)
+    for begin, _ in link_capsules(replace(robot, joints=tuple(joints)), link):
+        assert begin.tolist() == [0.1, 0.2, 0.0]
