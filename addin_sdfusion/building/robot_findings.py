@@ -47,26 +47,26 @@ def add_robot_findings(
         return list(findings)
     checked = check_measured(robot)
     stuck = {finding.subject for finding in checked if finding.code in _CANNOT_MOVE}
-    found = list(findings)
+    kept = list(findings)
     for finding in massless:
-        found.append(replace(finding, severity="error") if finding.subject in stuck else finding)
-    if not any(finding.is_error for finding in (*found, *checked)):
+        kept.append(replace(finding, severity="error") if finding.subject in stuck else finding)
+    if not any(finding.is_error for finding in (*kept, *checked)):
         # The check for file formats requires a robot without errors.
         checked += [finding for finding in sdf_losses(robot) if finding.is_error]
     follows = {
         (code, Subject(f.subject.kind, bare_name(f.subject.name)))
-        for f in found
+        for f in kept
         for code in _CONSEQUENCES.get(f.code, ())
     }
-    found = [finding for finding in found if (finding.code, finding.subject) not in follows]
-    known = {(finding.code, finding.subject) for finding in found} | follows
+    kept = [finding for finding in kept if (finding.code, finding.subject) not in follows]
+    covered = {(finding.code, finding.subject) for finding in kept} | follows
     misnamed = [
         f.subject.name for f in checked if f.code in _OF_JOINTS and f.subject.kind == "joint"
     ]
-    return found + [
+    return kept + [
         finding
         for finding in checked
-        if (finding.code, finding.subject) not in known
+        if (finding.code, finding.subject) not in covered
         and not _is_caused_by_joint(finding, misnamed)
     ]
 

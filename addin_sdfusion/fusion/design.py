@@ -131,8 +131,8 @@ class _DesignReader:
         joints = self._read_named("joint", read_joints, occurrences)
         by_place = {(path, joint.name, joint.as_built): named for path, joint, named in joints}
         couplings = list[CouplingSnapshot]()
-        found = read_couplings(occurrences, by_place, notes)
-        notes.attempt(self._subject, "motion links", couplings.extend, found)
+        links = read_couplings(occurrences, by_place, notes)
+        notes.attempt(self._subject, "motion links", couplings.extend, links)
         return DesignSnapshot(
             name=self._name(),
             settings=settings,
@@ -191,15 +191,15 @@ class _DesignReader:
         occurrences: Occurrences,
     ) -> list[tuple[str, Named, Named]]:
         """Return joints or groups: path of the occurrence, original item, uniquely named item."""
-        found: list[tuple[str, Named]] = []
+        pairs: list[tuple[str, Named]] = []
         for occurrence in occurrences.values():
             items = self._read_all(
                 f"{kind}s", occurrence, read(occurrence, occurrences, self._notes)
             )
             items.sort(key=lambda i: (natural_key(i.name), getattr(i, "as_built", False)))
-            found += [(occurrence.path, item) for item in items]
-        named = with_unique_names(found, kind, self._notes)
-        return [(path, item, unique) for (path, item), unique in zip(found, named, strict=True)]
+            pairs += [(occurrence.path, item) for item in items]
+        named = with_unique_names(pairs, kind, self._notes)
+        return [(path, item, unique) for (path, item), unique in zip(pairs, named, strict=True)]
 
     def _surfaces(
         self,

@@ -69,15 +69,15 @@ def _kept_point(
     places: Places,
     notes: Notes,
 ) -> PointSnapshot:
-    found = places.find(record.use.place, record.occurrence, path)
+    match = places.find(record.use.place, record.occurrence, path)
     name = _name(record.use)
-    use = replace(record.use, occurrence=found.path, place=())
-    if found.lost:
-        return PointSnapshot(name, found.path, record.position, entity, use, "", found.lost)
-    if found.is_moved:
-        note_moved(Subject("point", name), record.occurrence, found.path, notes)
-    place = occurrences[found.path].T.apply(record.position)
-    return PointSnapshot(name, found.path, place, entity, use)
+    use = replace(record.use, occurrence=match.path, place=())
+    if match.lost:
+        return PointSnapshot(name, match.path, record.position, entity, use, "", match.lost)
+    if match.is_moved:
+        note_moved(Subject("point", name), record.occurrence, match.path, notes)
+    place = occurrences[match.path].T.apply(record.position)
+    return PointSnapshot(name, match.path, place, entity, use)
 
 
 def _name(use: PointUse) -> str:

@@ -26,7 +26,7 @@ Chain = tuple[tuple[str, int], ...]
 """Id of the component and number of the occurrence for each level."""
 
 
-class Found(NamedTuple):
+class Match(NamedTuple):
     """Result of the search for a place.
 
     Attributes:
@@ -94,7 +94,7 @@ class Places:
 
     def find(
         self, place: tuple[Level, ...], path: str, scope: str = "", owner: str | None = None
-    ) -> Found:
+    ) -> Match:
         """Return the occurrence at a stored place.
 
         Args:
@@ -107,21 +107,21 @@ class Places:
         at = "+".join(part for part in (scope, path) if part)
         if not place:
             is_owned = at in self._occurrences and owner in (None, self.component(at))
-            return Found(at, "" if is_owned else _absent(at))
+            return Match(at, "" if is_owned else _absent(at))
         if owner is not None and place[-1].component != owner:
-            return Found(at, copied(at))
+            return Match(at, copied(at))
         stored = tuple((level.component, level.instance) for level in place)
         exact = [p for p in self._below(scope) if self._chain(p, scope) == stored]
         exact = [p for p in exact if p == at] or exact
         if len(exact) == 1:
             other = self._replaced(place, exact[0], scope)
             if other:
-                return Found(at, _replaced_text(at, other))
-            return Found(exact[0], is_moved=not scope and self._is_new(place, exact[0]))
+                return Match(at, _replaced_text(at, other))
+            return Match(exact[0], is_moved=not scope and self._is_new(place, exact[0]))
         if exact:
-            return Found(at, f"{listed(exact)} have the same identifiers")
+            return Match(at, f"{listed(exact)} have the same identifiers")
         moved = self._find_token(place, scope) or self._find_moved(stored, scope)
-        return Found(at, _absent(at)) if moved is None else Found(moved, is_moved=True)
+        return Match(at, _absent(at)) if moved is None else Match(moved, is_moved=True)
 
     def _find_token(self, place: tuple[Level, ...], scope: str) -> str | None:
         """Return the occurrence that a token identifies, or a child of it."""

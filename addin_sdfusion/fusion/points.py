@@ -19,7 +19,7 @@ from .health import problem_of
 from .names import Keys
 from .notes import Notes, optional
 from .occurrences import Occurrence, component_id, each_in, subject_in
-from .places import HIDDEN, Found, Places, copied
+from .places import HIDDEN, Match, Places, copied
 from .units import position
 
 
@@ -62,10 +62,10 @@ def _use(
     if not (use.place or use.occurrence):
         is_root = occurrence.path == scope
         return (replace(use, occurrence=scope) if is_root else use), ""
-    found: Found = places.find(use.place, use.occurrence, scope, places.component(occurrence.path))
-    if found.is_moved:
-        note_moved(Subject("point", name), use.occurrence, found.path, notes)
-    return replace(use, occurrence=found.path, place=()), found.lost
+    match: Match = places.find(use.place, use.occurrence, scope, places.component(occurrence.path))
+    if match.is_moved:
+        note_moved(Subject("point", name), use.occurrence, match.path, notes)
+    return replace(use, occurrence=match.path, place=()), match.lost
 
 
 def _plain(text: str) -> Any:

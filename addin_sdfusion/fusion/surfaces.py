@@ -145,10 +145,10 @@ def _placed(
             use = replace(use, occurrence=scope)
         return replace(surface, use=use)
     owner = places.component(surface.occurrence)
-    found = places.find(use.place, use.occurrence, scope, owner)
-    if found.is_moved:
-        note_moved(Subject("wrap_surface", use.name), use.occurrence, found.path, notes)
-    return replace(surface, use=replace(use, occurrence=found.path, place=()), lost=found.lost)
+    match = places.find(use.place, use.occurrence, scope, owner)
+    if match.is_moved:
+        note_moved(Subject("wrap_surface", use.name), use.occurrence, match.path, notes)
+    return replace(surface, use=replace(use, occurrence=match.path, place=()), lost=match.lost)
 
 
 def _surface(occurrence: Occurrence, face: Any) -> tuple[Vector3, SurfaceSnapshot]:

@@ -137,14 +137,16 @@ def _select_occurrence(
 
     It is the stored occurrence or the only one. Otherwise it is the only one on the link.
     """
-    found = [(item, use) for item, use in group if not item.lost]
-    stored = [item for item, use in found if use.occurrence and use.occurrence == item.occurrence]
+    present = [(item, use) for item, use in group if not item.lost]
+    stored = [item for item, use in present if use.occurrence and use.occurrence == item.occurrence]
     if len(stored) == 1:
         return stored[0], ""
-    if len(group) == 1 or not found:
+    if len(group) == 1 or not present:
         return group[0][0], group[0][0].lost
-    link = found[0][1].link
-    on_link = [item for item, use in found if use.link and link_of.get(item.occurrence) == use.link]
+    link = present[0][1].link
+    on_link = [
+        item for item, use in present if use.link and link_of.get(item.occurrence) == use.link
+    ]
     if len(on_link) == 1:
         return on_link[0], ""
     where = listed(sorted(item.occurrence for item, _ in group))

@@ -1,8 +1,8 @@
-"""Mesh files by their URIs, and the decision which files may be opened and packed.
+"""Mesh files by their URIs, and the check of files that may be opened and packed.
 
 An untrusted robot can name any file of this computer as a mesh. Therefore a mesh is only used if,
 after links are resolved, it is in the folder of the robot or of the experiment, or if the user
-named it. `lies_in` decides this for every kind of file.
+named it. `lies_in` checks this for every kind of file.
 """
 
 from __future__ import annotations

@@ -130,8 +130,8 @@ def _value(hint: Any, plain: Any, where: str, budget: _Budget) -> Any:
         return _value(hint, plain, where, budget)
     if origin is typing.Literal:
         if plain not in arguments or isinstance(plain, (list, dict)):
-            known = ", ".join(map(str, arguments))
-            raise InputError(f"must be one of {known}, not {plain!r}", key=where)
+            choices = ", ".join(map(str, arguments))
+            raise InputError(f"must be one of {choices}, not {plain!r}", key=where)
         return plain
     if origin is tuple:
         return _tuple(arguments, plain, where, budget)

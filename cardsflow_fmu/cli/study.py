@@ -161,8 +161,8 @@ def _optimise(options: argparse.Namespace) -> int:
     if motion.parameters:
         files = (*files, _write_robot(options, motion.parameters, file))
     solution = motion.solution
-    found = active_bounds(motion.problem, solution)
-    bounds = {name: float(is_at.mean()) for name, (_, is_at) in found.items()}
+    active = active_bounds(motion.problem, solution)
+    bounds = {name: float(is_at.mean()) for name, (_, is_at) in active.items()}
     if not options.json:
         _print_motion(motion)
         _print_bounds(bounds)

@@ -3,7 +3,7 @@
 Muscles drive the coordinates S if they can hold them and accelerate each one in both directions.
 This requires that the torque G_S is in the interior of {A_S f : low <= f <= high}. It is in the
 interior if and only if A_S has full row rank and a force f strictly within its limits produces G_S.
-The following linear program decides this:
+The following linear program checks this:
 
     max t   s.t.  A_S f = G_S,  low + t w <= f <= high - t w,  w = (high - low) / 2            (1)
 

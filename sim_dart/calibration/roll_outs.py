@@ -94,15 +94,15 @@ class RollOuts:
             finally:
                 rollers.put(roller)
 
-        found: list[T] = []
+        results: list[T] = []
         with ThreadPoolExecutor(rollers.qsize()) as pool:
             mapped = map if len(windows) < _MIN_PARALLEL_WINDOWS else pool.map
             for one in mapped(run, windows, items):
                 if one is None:
                     pool.shutdown(cancel_futures=True)
                     return None
-                found.append(one)
-        return found
+                results.append(one)
+        return results
 
     def _rollers_at(self, z: FloatArray) -> SimpleQueue[Sensitivity]:
         """Create the robot with theta = z sd for each thread. A core supports only one thread."""

@@ -55,7 +55,7 @@ def ball_axes(
     """Return pitch, yaw and roll with axes fixed to `two`, and whether the axes are certain.
 
     It is not documented whether Fusion reports the axes of a ball joint fixed to `two`, or rotated
-    by the preceding rotations. Three criteria decide:
+    by the preceding rotations. Three criteria select one:
 
     * The yaw axis is an axis of the geometry unless the user chose another one.
     * The rotations must result in the pose of `one`.

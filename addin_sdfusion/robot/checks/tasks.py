@@ -23,6 +23,6 @@ def task_frames(robot: Robot) -> Iterator[Finding]:
         axes = set(frame.axes)
         of_one_kind = axes <= set(POSITIONS) or axes <= set(ANGLES)
         if not axes or len(axes) != len(frame.axes) or not of_one_kind:
-            given = f"axes {' '.join(frame.axes)!r}"
-            problem = f"{given}: use axes from x, y, z or from alpha, beta, gamma, each once"
+            axes_text = f"axes {' '.join(frame.axes)!r}"
+            problem = f"{axes_text}: use axes from x, y, z or from alpha, beta, gamma, each once"
             yield error(subject, "bad-task-axes", problem)

@@ -158,16 +158,16 @@ class Wrap:
     passes through the point.
 
     Several surfaces in a segment are passed in their order, and the cable is taut over all of them.
-    The straight line between the via points decides on which side each surface is passed; spheres
-    are passed along the shorter path. Over two spheres more than one taut path can exist, and the
-    length jumps when the cable changes to another one. Cylinders avoid this.
+    The straight line between the via points determines the side of each surface; spheres are passed
+    along the shorter path. Over two spheres more than one taut path can exist, and the length jumps
+    when the cable changes to another one. Cylinders avoid this.
 
     With `inside` the cable passes through the surface, as through a ring or a sheath. It is
     straight if the straight line passes through the surface, or begins or ends in it. Otherwise it
     touches the surface from inside at one point. The ends of a cylinder are ignored.
 
-    Models of other programs use the rules of these programs to decide whether and on which side the
-    cable wraps. The path is the shortest one on that side, and straight if an end is inside:
+    Models of other programs use the rules of these programs for whether and on which side the cable
+    wraps. The path is the shortest one on that side, and straight if an end is inside:
 
     * `mujoco`: Without a side point, the straight line decides. With a side point outside of the
       surface, the cable passes on that side, also if the straight line is free on the other side.

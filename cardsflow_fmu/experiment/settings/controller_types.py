@@ -87,11 +87,11 @@ TYPES = {
 """Built-in controller types by name."""
 JOINT_ACCELERATION = tuple(
     name
-    for name, known in TYPES.items()
-    if known.space == "joint" and not known.torque_gains and name != FEEDBACK
+    for name, law in TYPES.items()
+    if law.space == "joint" and not law.torque_gains and name != FEEDBACK
 )
 """Joint-space laws whose gains define accelerations; they support passive coordinates."""
-OPERATIONAL = tuple(name for name, known in TYPES.items() if known.space == "operational")
+OPERATIONAL = tuple(name for name, law in TYPES.items() if law.space == "operational")
 
 
 def require_law(law: str) -> None:

@@ -55,7 +55,7 @@ static int is_valid_proof(dual_newton *s, const real *y, int *is_clean)
 }
 
 /* Remove from y the part that acts on the variables with weights, since otherwise rounding errors would
-   prove what a large x refutes. This part is (A_F A_F')^-1 A_F A_F'y. */
+   prove infeasibility although a large x exists. This part is (A_F A_F')^-1 A_F A_F'y. */
 static void project(dual_newton *s, real *y)
 {
     const size_t m = s->m;

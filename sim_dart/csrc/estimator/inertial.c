@@ -40,15 +40,15 @@ static real fill_force(estimator *e, int32_t frame, const real point[3], const r
 {
     core *c = e->core;
     const size_t n = e->n;
-    real *by_q = e->wide_row, *by_qdd = by_q + e->variables, *row = e->row, *J = row + 3 * n, found[3], noise = 0;
+    real *by_q = e->wide_row, *by_qdd = by_q + e->variables, *row = e->row, *J = row + 3 * n, rate[3], noise = 0;
     memset(by_q, 0, 2 * e->variables * sizeof(real));
     for (int32_t j = frame; j >= 0; j = c->blob.parent[j]) {
         const size_t x = (size_t)c->blob.coordinate[j];
-        tree_point_velocity(c, j, point, found);
-        by_qdd[x] += dot3(found, along);
+        tree_point_velocity(c, j, point, rate);
+        by_qdd[x] += dot3(rate, along);
         if (c->blob.motion[j] != ROTATION) continue;
-        cross3(found, force, c->axis + 3 * j);
-        by_q[x] += dot3(found, along);
+        cross3(rate, force, c->axis + 3 * j);
+        by_q[x] += dot3(rate, along);
     }
     memset(row, 0, 3 * n * sizeof(real));
     variables_fold(c, by_q, row);

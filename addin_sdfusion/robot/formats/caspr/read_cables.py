@@ -50,8 +50,8 @@ def read_cables(
 
 
 def _unsupported_message(node: Node) -> str:
-    known = ", ".join([*CASPR_CABLES, "attachment", *CASPR_PULLEYS])
-    return f"<{node.tag}> is not supported (known: {known})"
+    choices = ", ".join([*CASPR_CABLES, "attachment", *CASPR_PULLEYS])
+    return f"<{node.tag}> is not supported (known: {choices})"
 
 
 def _active(root: Node, names: list[str], chosen: str | None) -> str:

@@ -152,8 +152,8 @@ def _trajectory(node: Node, space: Space) -> Trajectory:
     name = node.subject.name
     if node.tag not in SPLINES:
         problem = f"trajectory {name!r}: unsupported <{node.tag}>"
-        known = ", ".join(SPLINES)
-        raise InputError(f"{problem}; known: {known}", file=node.file, line=node.line)
+        choices = ", ".join(SPLINES)
+        raise InputError(f"{problem}; known: {choices}", file=node.file, line=node.line)
     spline = SPLINES[node.tag]
     if spline == "samples":
         time_step, points = read_samples(_samples_file(node))

@@ -135,7 +135,7 @@ class WrapOptions:
     """Rare properties of a wrap; attributes of the robot model's `Wrap`.
 
     Attributes:
-        rule: Rule that decides about the wrap.
+        rule: Rule of the wrap.
         side_point: Point that defines the side.
         quadrant: Half space in the surface's frame.
         segments: Number of possible segments; None if only one is possible.

@@ -20,5 +20,5 @@ def to_utf8(data: bytes) -> tuple[bytes, bool]:
     if data.startswith(_UTF16) or (encoding and encoding[1].lower() not in (b"utf-8", b"ascii")):
         return data, False
     text = data.decode("utf-8", "surrogateescape")
-    repaired = _NOT_UTF8.sub(lambda found: chr(ord(found[0]) - 0xDC00), text)
+    repaired = _NOT_UTF8.sub(lambda match: chr(ord(match[0]) - 0xDC00), text)
     return repaired.encode(), repaired != text

@@ -15,8 +15,8 @@ def read_function(node: Node) -> Function:
     if kind == POLYNOMIAL:
         return Polynomial(node.numbers(len(node.text.split())))
     if kind not in POINT_KINDS:
-        known = (POLYNOMIAL, *POINT_KINDS)
-        node.error("unsupported-function", f"unknown kind {short_repr(kind)}", known)
+        choices = (POLYNOMIAL, *POINT_KINDS)
+        node.error("unsupported-function", f"unknown kind {short_repr(kind)}", choices)
         return ITSELF
     x, y = (
         node.numbers_attribute(name, len(node.attribute(name, "").split())) for name in ("x", "y")

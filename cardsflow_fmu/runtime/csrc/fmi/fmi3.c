@@ -131,7 +131,7 @@ FMI3_Export fmi3Status fmi3GetDirectionalDerivative(
 /* Co-simulation */
 
 /* Inform the importer about a completed internal step; it may get variables in the callback. Return whether
- * the step ends here, because the importer wants it to end before the next internal step is completed. */
+ * the step ends here, because the importer requests a time before the end of the next internal step. */
 static int update(void *context, double time, double next)
 {
     struct fmi3_component *component = context;

@@ -10,7 +10,7 @@ struct fmi3_component {
     fmi3LogMessageCallback log_message;
     fmi3IntermediateUpdateCallback intermediate_update;
     fmi3Boolean may_return_early;
-    double return_time; /* time at which the importer wants the step to end, or infinity */
+    double return_time; /* requested end of the step, or infinity */
     struct instance *instance;
 };
 

@@ -57,7 +57,7 @@ static const char *check(const struct port_table *ports, const struct derivative
 }
 
 /* Compute the derivatives. Return NULL, or an error message. */
-static const char *ask(struct instance *instance, const struct derivative *request)
+static const char *compute(struct instance *instance, const struct derivative *request)
 {
     struct model *model = &instance->model;
     const char *wrong = check(&instance->ports, request);
@@ -85,7 +85,7 @@ enum status get_directional_derivative(struct instance *instance,
     struct derivative request = {unknowns.count, unknowns.items, knowns.count,
                                  knowns.items,   call->seeds,    call->answers};
     if (!wrong)
-        wrong = ask(instance, &request);
+        wrong = compute(instance, &request);
     free(unknowns.items);
     free(knowns.items);
     return wrong ? reject(instance, wrong) : STATUS_OK;

@@ -256,11 +256,11 @@ static python_object *from_entry_module(const struct python_api *py, const char 
                                         const char *version, struct text *error)
 {
     python_object *module = py->PyImport_ImportModule(ENTRY_MODULE);
-    python_object *found = module ? py->PyObject_GetAttrString(module, name) : NULL;
+    python_object *attribute = module ? py->PyObject_GetAttrString(module, name) : NULL;
     drop(py, module);
-    if (!found)
+    if (!attribute)
         explain_import(py, version, error);
-    return found;
+    return attribute;
 }
 
 static int open_hosted(struct python_model *self, const char *version, const char *resources,

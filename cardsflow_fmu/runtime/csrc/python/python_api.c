@@ -33,9 +33,9 @@ static function find_function(const char *name)
 static function find_function(const char *name)
 {
     void *symbol = dlsym(RTLD_DEFAULT, name);
-    function found;
-    memcpy(&found, &symbol, sizeof found);
-    return found;
+    function address;
+    memcpy(&address, &symbol, sizeof address);
+    return address;
 }
 #endif
 
@@ -53,15 +53,15 @@ static const struct symbol SYMBOLS[] = {
 int python_api_find(struct python_api *api, struct text *error)
 {
     for (size_t i = 0; i < sizeof SYMBOLS / sizeof *SYMBOLS; i++) {
-        function found = find_function(SYMBOLS[i].name);
-        if (!found) {
+        function address = find_function(SYMBOLS[i].name);
+        if (!address) {
             if (i == 0)
                 text_set(error, "the host program is not Python");
             else
                 text_set(error, "the host's Python has no %s", SYMBOLS[i].name);
             return 1;
         }
-        memcpy((char *)api + SYMBOLS[i].offset, &found, sizeof found);
+        memcpy((char *)api + SYMBOLS[i].offset, &address, sizeof address);
     }
     if (!api->Py_IsInitialized()) {
         text_set(error, "the host program has loaded Python, but does not run it");

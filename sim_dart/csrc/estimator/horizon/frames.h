@@ -75,7 +75,7 @@ typedef struct horizon {
     HORIZON_FRAMES(HORIZON_MEMBERS)
     HORIZON_WORK(HORIZON_MEMBERS)
     real *P, *mean;      /* working memory, N x N and N */
-    real *given;         /* inputs of the current tick */
+    real *current;       /* inputs of the current tick */
 } horizon;
 #undef HORIZON_MEMBERS
 

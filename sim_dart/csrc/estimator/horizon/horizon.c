@@ -119,7 +119,7 @@ int horizon_solve(estimator *e)
     horizon *h = e->horizon;
     if (!h) return ESTIMATOR_TRACKING;
     const size_t K = (size_t)h->frames[0], N = e->N;
-    memcpy(h->given, e->lengths, h->B * sizeof(real));
+    memcpy(h->current, e->lengths, h->B * sizeof(real));
     h->iterations[0] = 0;
     int failed = 0, has_converged = 0;
     for (int round = 0; round < MAX_ROUNDS; round++) {
@@ -132,7 +132,7 @@ int horizon_solve(estimator *e)
         has_converged = solved && !(moved > LARGE_SHIFT);
         if (!(moved > LARGE_SHIFT)) break;
     }
-    memcpy(e->lengths, h->given, h->B * sizeof(real));
+    memcpy(e->lengths, h->current, h->B * sizeof(real));
     if (failed) return ESTIMATOR_DIVERGED;
     memcpy(e->state, h->x + (K - 1) * N, N * sizeof(real));
     return has_converged ? ESTIMATOR_TRACKING : ESTIMATOR_NOT_CONVERGED;

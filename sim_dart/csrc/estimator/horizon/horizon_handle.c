@@ -41,7 +41,7 @@ int estimator_use_horizon(estimator *e, int32_t frames, void *memory)
     s->remembered = (size_t)(at - s->frames);
     HORIZON_WORK(PLACES)
 #undef PLACES
-    s->P = at, s->mean = at + N * N, s->given = s->mean + N;
+    s->P = at, s->mean = at + N * N, s->current = s->mean + N;
     for (size_t j = 0; j < n; j++) s->low[j] = -INFINITY, s->high[j] = INFINITY;
     return 0;
 }

@@ -82,8 +82,8 @@ def read_joint(node: Node, frames: Frames) -> Joint:
     elif node.tag in ELLIPSOID_JOINTS:
         motions = ELLIPSOID_JOINTS[node.tag](node)
     else:
-        known = (CUSTOM, *CLASSES, *ELLIPSOID_JOINTS)
-        node.error("unsupported-joint", f"unsupported <{node.tag}>", known)
+        choices = (CUSTOM, *CLASSES, *ELLIPSOID_JOINTS)
+        node.error("unsupported-joint", f"unsupported <{node.tag}>", choices)
         motions = ()
     if node.tag in ANGULAR_VELOCITY_JOINTS:
         problem = (

@@ -1,4 +1,4 @@
-// The worker of a page that simulates: it steps in real time and posts frames; client.js talks to it.
+// The worker of a page that simulates: it steps in real time and posts frames to client.js.
 
 const FRAME_SECONDS = 1 / 60;
 let engine = null, isPlaying = false, speed = 1, due = 0, last = 0, behind = 0, timer = 0;

@@ -14,7 +14,7 @@ class PlayEvents {
     });
   }
 
-  // Adds what is new in a frame, and forgets what the history no longer contains.
+  // Adds new events of a frame, and removes events that are no longer in the history.
   update(frame) {
     this.all = this.all.filter(({ time }) => time <= frame.last * this.step);
     this.shown = this.all.filter(({ time }) => time <= frame.time);

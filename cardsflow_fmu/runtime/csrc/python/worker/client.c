@@ -69,8 +69,8 @@ static int is_forked_copy(const struct python_worker *self, struct text *error)
 
 /* Send a command; the bytes of the answer are in the channel. A worker that does not answer is ended, since
  * it could write to the values later. Return 0, or nonzero with a message. */
-static int ask(struct python_worker *self, enum command command, const void *bytes, size_t size,
-               double longest, enum outcome *outcome, struct text *error)
+static int exchange(struct python_worker *self, enum command command, const void *bytes, size_t size,
+                    double longest, enum outcome *outcome, struct text *error)
 {
     *outcome = OUTCOME_UNFIT;
     if (!self->is_alive) {
@@ -101,7 +101,7 @@ static enum outcome start(struct python_worker *self, const char *program, struc
     if (process_start(&self->process, program, arguments, &self->memory, error))
         return OUTCOME_UNFIT;
     self->is_alive = 1;
-    if (ask(self, COMMAND_OPEN, NULL, 0, self->longest_start, &outcome, error))
+    if (exchange(self, COMMAND_OPEN, NULL, 0, self->longest_start, &outcome, error))
         quit(self);
     return outcome;
 }
@@ -118,7 +118,7 @@ static int call_with(struct model *model, enum command command, const void *byte
 {
     struct python_worker *self = model->backend;
     enum outcome outcome;
-    return ask(self, command, bytes, size, max_call_time(self), &outcome, &model->error);
+    return exchange(self, command, bytes, size, max_call_time(self), &outcome, &model->error);
 }
 
 static int initialize(struct model *model)
@@ -149,8 +149,8 @@ static int terminate(struct model *model)
     enum outcome outcome;
     double longest = max_call_time(self);
     return self->is_alive &&
-           ask(self, COMMAND_TERMINATE, NULL, 0, longest > MAX_QUIT ? longest : MAX_QUIT,
-               &outcome, &model->error);
+           exchange(self, COMMAND_TERMINATE, NULL, 0, longest > MAX_QUIT ? longest : MAX_QUIT,
+                    &outcome, &model->error);
 }
 
 /* Move the bytes of the answer to the caller. */

@@ -155,13 +155,13 @@ int process_start(struct process *process, const char *program, const char *cons
  * the status of all its children, the status is unknown. */
 static int reap(struct process *process, int options)
 {
-    pid_t found;
+    pid_t ended;
     do
-        found = waitpid((pid_t)process->id, &process->status, options);
-    while (found < 0 && errno == EINTR);
-    if (found == 0)
+        ended = waitpid((pid_t)process->id, &process->status, options);
+    while (ended < 0 && errno == EINTR);
+    if (ended == 0)
         return 0;
-    if (found < 0)
+    if (ended < 0)
         process->status = 0;
     process->is_running = 0;
     return 1;
