@@ -72,45 +72,9 @@ class _Worker:
                 "this C core does not support derivatives, which optimal motions require"
             )
         self._memory = np.empty(-(-size // 8))
-        self._handle = ctypes.c_void_p(
+        self.handle = ctypes.c_void_p(
             _bound().core_shooting_open(self.core.handle, self._memory.ctypes.data)
         )
-
-    def run(
-        self,
-        steps: int,
-        h: FloatArray,
-        starts: FloatArray,
-        controls: FloatArray,
-        inputs: Any,
-        ends: FloatArray,
-        derivatives: FloatArray,
-    ) -> int:
-        data = [array.ctypes.data for array in (h, starts, controls, inputs, ends, derivatives)]
-        bad: int = _bound().core_shooting_run(
-            self._handle, len(h), steps, *data[:3], len(inputs), *data[3:]
-        )
-        return bad
-
-    def rates(
-        self, x: FloatArray, controls: FloatArray, rates: FloatArray, tensions: FloatArray
-    ) -> int:
-        data = [array.ctypes.data for array in (x, controls, rates, tensions)]
-        bad: int = _bound().core_shooting_rates(self._handle, len(x), *data)
-        return bad
-
-    def run_along(
-        self,
-        steps: int,
-        h: FloatArray,
-        starts: FloatArray,
-        controls: FloatArray,
-        change: FloatArray,
-        derivatives: FloatArray,
-    ) -> int:
-        data = [array.ctypes.data for array in (h, starts, controls, change, derivatives)]
-        bad: int = _bound().core_shooting_along(self._handle, len(h), steps, *data)
-        return bad
 
 
 class Shooting:
@@ -251,13 +215,8 @@ class Shooting:
         count = len(x)
         _, states, controls = self._arguments(x, u, np.zeros(count))
         rates, tensions = np.empty((count, self.nx)), np.empty((count, self._m))
-
-        def run(worker: int, span: slice) -> None:
-            arrays = states[span], controls[span], rates[span], tensions[span]
-            bad = self._workers[worker].rates(*arrays)
-            assert not bad
-
-        self._threads.share(run, count, is_small=count < _MIN_SHARED)
+        arrays = states, controls, rates, tensions
+        assert self._compute(_bound().core_shooting_rates, count, *arrays)
         return rates, tensions
 
     def _simulate(
@@ -265,16 +224,10 @@ class Shooting:
     ) -> tuple[FloatArray, FloatArray] | None:
         """Return the ends of intervals, and their derivatives by some inputs."""
         count = len(h)
-        lengths, starts, controls = self._arguments(x, u, h)
         ends, rows = np.empty((count, self.nx)), np.empty((count, self.nx, len(inputs)))
-        bad = []
-
-        def run(worker: int, span: slice) -> None:
-            arrays = lengths[span], starts[span], controls[span], inputs, ends[span], rows[span]
-            bad.append(self._workers[worker].run(self.steps, *arrays))
-
-        self._threads.share(run, count, is_small=count < _MIN_SHARED)
-        if any(bad) or not np.isfinite(ends).all():
+        arguments = *self._arguments(x, u, h), len(inputs), inputs.ctypes.data, ends, rows
+        is_sound = self._compute(_bound().core_shooting_run, count, self.steps, *arguments)
+        if not is_sound or not np.isfinite(ends).all():
             return None
         if len(inputs):
             rows[:, :, -1] /= self.steps  # by the length of the interval
@@ -282,23 +235,33 @@ class Shooting:
 
     def _along_parameters(self, x: FloatArray, u: FloatArray, h: FloatArray) -> FloatArray | None:
         """Return the derivatives of the ends by the parameters, shape (k, nx, np)."""
-        count, numbers = len(h), self._numbers
-        if numbers is None:
-            return np.empty((count, self.nx, 0))
-        by_p, slopes = (
-            np.empty((len(self._parameters), count, self.nx)),
-            numbers.slopes(self._parameters),
-        )
-        lengths, starts, controls = self._arguments(x, u, h)
-        bad = []
+        count = len(h)
+        slopes = () if self._numbers is None else self._numbers.slopes(self._parameters)
+        by_p = np.empty((len(slopes), count, self.nx))
+        arguments = self.steps, *self._arguments(x, u, h)
+        for slope, rows in zip(slopes, by_p, strict=True):
+            along = *arguments, slope.ctypes.data, rows
+            if not self._compute(_bound().core_shooting_along, count, *along):
+                return None
+        return by_p.transpose(1, 2, 0) if np.isfinite(by_p).all() else None
 
-        def run(worker: int, span: slice) -> None:
-            arrays = lengths[span], starts[span], controls[span]
-            for slope, rows in zip(slopes, by_p, strict=True):
-                bad.append(self._workers[worker].run_along(self.steps, *arrays, slope, rows[span]))
+    def _compute(self, function: Any, count: int, *arguments: FloatArray | int) -> bool:
+        """Call a function of the core in threads; return whether it succeeds.
+
+        Args:
+            function: The function; its first arguments are the handle, and the number of items.
+            count: Number of items.
+            arguments: Its other arguments: numbers, addresses, and arrays with one row per item.
+        """
+        failures = []
+
+        def run(worker: int, part: slice) -> None:
+            data = [a[part].ctypes.data if isinstance(a, np.ndarray) else a for a in arguments]
+            handle = self._workers[worker].handle
+            failures.append(function(handle, part.stop - part.start, *data))
 
         self._threads.share(run, count, is_small=count < _MIN_SHARED)
-        return None if any(bad) or not np.isfinite(by_p).all() else by_p.transpose(1, 2, 0)
+        return not any(failures)
 
     def _arguments(
         self, x: FloatArray, u: FloatArray, h: FloatArray
