@@ -71,6 +71,31 @@ def test_robot_follows_the_motion_with_its_gains(folder: Path, masses: float, li
     assert forces.max() <= 100.0
 
 
+def test_limits_of_forces_do_not_change_the_torque(folder: Path) -> None:
+    """The forces are the nearest ones to u: with multipliers for the torque and for the limits."""
+    result = simulate(Experiment.load(folder, {"plant.mass_scale": 1.2, "run.duration": 0.3}))
+    motion, experiment = Experiment.load(folder).feedback, Experiment.load(folder)
+    assert motion is not None
+    dynamics, limited = CoreDynamics(experiment.robot), 0
+    columns = [f"{p}.joint_{k}" for p in ("q", "qd", "q_d", "qd_d") for k in (1, 2)]
+    x, desired = np.split(np.array(result.columns(columns)), 2, axis=1)
+    for k in range(0, 300, 5):
+        row = np.searchsorted(motion.times, k * 1e-3 + 1e-9, "right") - 1
+        u = motion.controls[row] + motion.gains[row] @ (desired[k] - x[k])
+        f = np.array([result[f"f.cable_{i}"][k] for i in (1, 2, 3, 4)])
+        L = dynamics.actuator_jacobian(x[k, :2])
+        np.testing.assert_allclose(L.T @ f, L.T @ u, atol=1e-8 * abs(u).max())
+        low, high = f < 10.0 + 1e-9, f > 100.0 - 1e-9
+        free, change = ~(low | high), f - u
+        rest = change - L @ np.linalg.lstsq(L[free], change[free], rcond=None)[0]
+        assert abs(rest[free]).max(initial=0.0) < 1e-8 * abs(u).max()
+        limited += (u < 10.0 - 1e-6).any()
+        if free.sum() >= 2:
+            assert (rest[low] > -1e-9).all()
+            assert (rest[high] < 1e-9).all()
+    assert limited > 20
+
+
 def test_robot_holds_its_last_pose_within_the_bounds_of_the_motion(folder: Path) -> None:
     own = {"motion.intervals": 20, "motion.duration": 0.6, "motion.bounds.f_min": 15.0}
     motion = optimise(load_for_motion(folder, own))

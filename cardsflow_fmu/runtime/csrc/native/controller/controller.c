@@ -289,7 +289,8 @@ static int step(struct model *model)
     const double *reference = native_reacting_set(c, robot);
     native_predictive_set(c, native->clock[0], period);
     native_motion_set(c, native->clock[0], period);
-    const int status = control_loop_tick(c->loop, period, c->q, c->qd, reference, robot->load);
+    int status = control_loop_tick(c->loop, period, c->q, c->qd, reference, robot->load);
+    status = native_motion_status(c, status);
     if (c->undetermined) {
         text_set(&model->error, "%s is not determined by the independent coordinates of the closed loops at this pose",
                  native->ports->ports[c->q - native->values + c->undetermined - 1].name);

@@ -19,21 +19,27 @@ static double clip_to(double value, double low, double high)
     return value < low ? low : value > high ? high : value;
 }
 
-/* The law of the loop. Actuators without a control have the force nearest to zero. */
+/* Compute u of a tick. */
+static void compute_controls(struct motion_feedback *p, const double *q, const double *qd, const double *reference)
+{
+    const size_t n = p->n;
+    for (size_t j = 0; j < n; j++) {
+        p->deviation[j] = reference[j] - q[j];
+        p->deviation[n + j] = reference[n + j] - qd[j];
+    }
+    for (size_t i = 0; i < p->motion.extra; i++) p->extra[i] = p->c->states[p->c->settings.motion_state[i]];
+    held_motion_control(&p->motion, p->time, p->extra, p->deviation, p->u);
+}
+
+/* The law of the loop for commands. Actuators without a control have the force nearest to zero. */
 static int solve(void *self, const double *q, const double *qd, const double *reference, const double *correction,
                  const double *load, double *forces, double *slack)
 {
     struct motion_feedback *p = self;
     const struct controller *c = p->c;
     const struct controller_settings *s = &c->settings;
-    const size_t n = p->n;
     (void)correction, (void)load;
-    for (size_t j = 0; j < n; j++) {
-        p->deviation[j] = reference[j] - q[j];
-        p->deviation[n + j] = reference[n + j] - qd[j];
-    }
-    for (size_t i = 0; i < p->motion.extra; i++) p->extra[i] = c->states[s->motion_state[i]];
-    held_motion_control(&p->motion, p->time, p->extra, p->deviation, p->u);
+    compute_controls(p, q, qd, reference);
     for (size_t i = 0; i < c->a; i++) forces[i] = clip_to(0, c->in_loop.f_min[i], c->in_loop.f_max[i]);
     for (size_t i = 0; i < p->motion.controls; i++) {
         const size_t k = s->motion_actuator[i];
@@ -43,6 +49,27 @@ static int solve(void *self, const double *q, const double *qd, const double *re
     }
     memset(slack, 0, c->r * sizeof(double));
     return COMPUTED_TORQUE_SOLVED;
+}
+
+/* The torque of the forces u. The loop finds the nearest forces within their limits that produce it, or those
+   with the smallest acceleration error. */
+static int torque(void *self, const double *q, const double *qd, const double *reference, const double *correction,
+                  const double *load, double *tau)
+{
+    struct motion_feedback *p = self;
+    const struct controller *c = p->c;
+    size_t length;
+    const double *L = loop_array(c, "L", &length);
+    (void)correction, (void)load;
+    compute_controls(p, q, qd, reference);
+    memset(c->in_loop.f_p, 0, c->a * sizeof(double));
+    memset(tau, 0, p->n * sizeof(double));
+    for (size_t i = 0; i < p->motion.controls; i++) {
+        const size_t k = c->settings.motion_actuator[i];
+        c->in_loop.f_p[k] = p->u[i];
+        for (size_t j = 0; j < p->n; j++) tau[j] -= p->u[i] * L[k * p->n + j];
+    }
+    return 0;
 }
 
 void native_motion_set(struct controller *c, double time, double period)
@@ -55,6 +82,12 @@ void native_motion_set(struct controller *c, double time, double period)
     p->time = time + (looks_ahead ? period : 0);
     if (c->settings.motion_use[0] == FEEDFORWARD)
         memcpy(c->in_loop.f_p, held_motion_row(&p->motion, p->time), c->a * sizeof(double));
+}
+
+int native_motion_status(const struct controller *c, int status)
+{
+    const int is_feedback = c->motion && c->settings.motion_use[0] == BY_FORCES;
+    return is_feedback && status == COMPUTED_TORQUE_SOFT ? COMPUTED_TORQUE_SOLVED : status;
 }
 
 const double *native_motion_commands(const struct controller *c)
@@ -100,8 +133,8 @@ int native_motion_open(struct controller *c, const struct native_robot *robot, s
         text_set(error, "native.bin does not match its controller");
         return 1;
     }
-    const control_law law = {p, NULL, solve, NULL};
+    const control_law by_forces = {p, torque, NULL, NULL}, by_commands = {p, NULL, solve, NULL};
     if (s->motion_use[0] != FEEDFORWARD)
-        control_loop_set_law(c->loop, &law);
+        control_loop_set_law(c->loop, s->motion_use[0] == BY_FORCES ? &by_forces : &by_commands);
     return 0;
 }

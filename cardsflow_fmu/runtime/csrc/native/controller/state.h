@@ -58,6 +58,9 @@ void native_motion_close(struct controller *c);
 /* Set the time of a tick, whose state is predicted by one period if the loop predicts it. */
 void native_motion_set(struct controller *c, double time, double period);
 
+/* Return the status of a tick. The feedback along a motion, which the limits of forces may restrict, is feasible. */
+int native_motion_status(const struct controller *c, int status);
+
 /* Return the commands of all muscles after a tick, m; NULL if the forces determine them. */
 const double *native_motion_commands(const struct controller *c);
 
