@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 from support.interleaved import record
-from support.third_party_models import SQUAT
+from support.third_party_models import REACH, SQUAT
 
 from addin_sdfusion.robot.model.muscle import CoordinateTerm
 from cardsflow_fmu.simulation.optimal.optimise import OptimisedMotion, load_for_motion, optimise
@@ -34,28 +34,6 @@ q = 0.0
 duration = [0.05, 5.0]
 goals = [{ q = 1.0 }]
 cost = { time = 1.0 }
-[controller]
-kp = 400.0
-kd = 40.0
-"""
-REACH = """
-[robot]
-path = "P3.osim"
-[start]
-q = { r_shoulder_elev = 0.07, r_elbow_flex = 1.4 }
-[motion]
-muscles = "laws"
-start_command = 0.05
-duration = 0.5
-goals = [{ q = { r_shoulder_elev = 0.6, r_elbow_flex = 0.9 } }]
-[motion.bounds]
-qd_max = 20.0
-q_min = { r_shoulder_elev = -1.0, r_elbow_flex = 0.1 }
-q_max = { r_shoulder_elev = 2.0, r_elbow_flex = 2.2 }
-u_min = 0.01
-u_max = 1.0
-[motion.cost]
-commands = 1.0
 [controller]
 kp = 400.0
 kd = 40.0

@@ -204,3 +204,27 @@ kp = 400.0
 kd = 40.0
 """  # noqa: E501
 """Experiment of the model P2.osim of OpenSim Moco, with torques."""
+
+REACH = """
+[robot]
+path = "P3.osim"
+[start]
+q = { r_shoulder_elev = 0.07, r_elbow_flex = 1.4 }
+[motion]
+muscles = "laws"
+start_command = 0.05
+duration = 0.5
+goals = [{ q = { r_shoulder_elev = 0.6, r_elbow_flex = 0.9 } }]
+[motion.bounds]
+qd_max = 20.0
+q_min = { r_shoulder_elev = -1.0, r_elbow_flex = 0.1 }
+q_max = { r_shoulder_elev = 2.0, r_elbow_flex = 2.2 }
+u_min = 0.01
+u_max = 1.0
+[motion.cost]
+commands = 1.0
+[controller]
+kp = 400.0
+kd = 40.0
+"""
+"""Experiment of the model P3.osim of OpenSim Moco, with muscles."""

@@ -228,7 +228,8 @@ def test_squat_to_stand_costs_as_much_as_with_moco(shared: Path, tmp_path: Path)
 def test_pendulum_swings_up_with_less_torque_than_its_weight(tmp_path: Path) -> None:
     """Energy: the work of the motor is the change of the potential energy, m g d = 2 m g l.
 
-    With few and many substeps, the motion costs the same: both are optimal.
+    With few and many substeps, the motion costs the same: both are optimal. The best cost is that
+    of Hermite-Simpson collocation, 200 intervals, from six guesses.
     """
     (tmp_path / "pendulum.urdf").write_text(PENDULUM)
     (tmp_path / "experiment.toml").write_text(SWING_UP)
@@ -237,6 +238,7 @@ def test_pendulum_swings_up_with_less_torque_than_its_weight(tmp_path: Path) -> 
     pairs = pairwise(own for own, _ in motion.history)
     rough = [own.cost for own, following in pairs if following.iteration == 0]
     assert rough == pytest.approx([motion.solution.cost] * len(rough), rel=1e-3)
+    assert motion.solution.cost == pytest.approx(15.99550, rel=0.01)
     torque, speed = motion.columns["tau.pivot"], motion.columns["qd.pivot"]
     assert abs(torque).max() <= 3.0 + 1e-9  # the weight is 9.81 N·m
     work = np.trapezoid(torque * speed, motion.times)
