@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from controllers.arrays import FloatArray
-from controllers.qp import law_in_c
+from controllers.qp import dual_newton, law_in_c
 
 _P = ctypes.c_void_p
 _CFUNC = ctypes.PYFUNCTYPE
@@ -107,12 +107,8 @@ class LoopInC:
     def __getitem__(self, name: str) -> FloatArray:
         array = self._arrays.get(name)
         if array is None:
-            length = ctypes.c_size_t()
-            address = self._library.control_loop_array(
-                self.handle, name.encode(), ctypes.byref(length)
-            )
-            assert address, name
-            self._arrays[name] = array = law_in_c.view(address, length.value)
+            array = dual_newton.array_of(self._library.control_loop_array, self.handle, name)
+            self._arrays[name] = array
         return array
 
     def write(self, **arrays: ArrayLike) -> None:
@@ -134,7 +130,7 @@ class LoopInC:
         """Return a cached view of memory of the loop, whose address does not change."""
         view = self._views.get((address, length))
         if view is None:
-            view = self._views[address, length] = law_in_c.view(address, length)
+            view = self._views[address, length] = dual_newton.view(address, length)
         return view
 
     def _read(self, address: int, length: int) -> FloatArray:

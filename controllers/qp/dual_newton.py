@@ -7,6 +7,7 @@ import os
 import sys
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -38,11 +39,25 @@ def library() -> ctypes.PyDLL:
     solver.dual_newton_open.argtypes = [ctypes.c_int, ctypes.c_int, pointer]
     solver.dual_newton_open.restype = pointer
     solver.dual_newton_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
-    solver.dual_newton_array.restype = ctypes.POINTER(ctypes.c_double)
+    solver.dual_newton_array.restype = pointer
     solver.dual_newton_solve.argtypes = [pointer]
     solver.dual_newton_steps.argtypes = [pointer]
     solver.minimize_largest.argtypes = [pointer, _Box, pointer, pointer, pointer]
     return solver
+
+
+def array_of(find: Any, handle: ctypes.c_void_p, name: str) -> FloatArray:
+    """Return a `view` of an array by its name; `find` is the function of the C library."""
+    length = ctypes.c_size_t()
+    address = find(handle, name.encode(), ctypes.byref(length))
+    assert address, name
+    return view(address, length.value)
+
+
+def view(address: int, length: int) -> FloatArray:
+    """Return a view of C memory as an array; the memory must outlive the array."""
+    memory = (ctypes.c_double * length).from_address(address)
+    return np.frombuffer(memoryview(memory).cast("B")) if length else np.empty(0)
 
 
 class _Box(ctypes.Structure):
@@ -104,10 +119,7 @@ class DualNewton:
         self.A = A.reshape(self.g.size, self.b.size).T
 
     def _array(self, name: str) -> FloatArray:
-        length = ctypes.c_size_t()
-        pointer = library().dual_newton_array(self._handle, name.encode(), ctypes.byref(length))
-        assert pointer, name
-        return np.ctypeslib.as_array(pointer, (length.value,))
+        return array_of(library().dual_newton_array, self._handle, name)
 
     def solve(self) -> int:
         """Solve the problem in the arrays and return a status constant of this module."""

@@ -42,12 +42,6 @@ def library() -> ctypes.PyDLL:
     return laws
 
 
-def view(address: int, length: int) -> FloatArray:
-    """Return a view of C memory as an array; the memory must outlive the array."""
-    memory = (ctypes.c_double * length).from_address(address)
-    return np.frombuffer(memoryview(memory).cast("B")) if length else np.empty(0)
-
-
 def number_of(law: str) -> int:
     """Return the number of a joint-space law in `JOINT_LAWS`, for the array `law`.
 
@@ -90,13 +84,8 @@ class LawInC:
     def __getitem__(self, name: str) -> FloatArray:
         array = self._arrays.get(name)
         if array is None:
-            length = ctypes.c_size_t()
-            address = self._library.computed_torque_array(
-                self.handle, name.encode(), ctypes.byref(length)
-            )
-            assert address, name
-            array = view(address, length.value).reshape(self._shapes.get(name, -1))
-            self._arrays[name] = array
+            array = dual_newton.array_of(self._library.computed_torque_array, self.handle, name)
+            self._arrays[name] = array = array.reshape(self._shapes.get(name, -1))
         return array
 
     def write(self, **arrays: ArrayLike | None) -> None:

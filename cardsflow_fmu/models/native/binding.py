@@ -25,7 +25,7 @@ def native_library() -> ctypes.CDLL:
         "native_model_get_state": ([pointer, pointer, pointer], count),
         "native_model_set_state": ([pointer, text, size], count),
         "native_model_use": ([pointer, pointer, pointer], count),
-        "native_model_array": ([pointer, text, pointer], ctypes.POINTER(double)),
+        "native_model_array": ([pointer, text, pointer], pointer),
         "native_model_message": ([pointer], text),
     }
     for name, (arguments, result) in functions.items():

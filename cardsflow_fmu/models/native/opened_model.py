@@ -6,8 +6,6 @@ import ctypes
 import weakref
 from collections.abc import Sequence
 
-import numpy as np
-
 from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu.cosim.participant import CStep
 from cardsflow_fmu.cosim.signals.ports import Port
@@ -17,6 +15,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.compiled.library import address
 from cardsflow_fmu.utils.multiples import StepLengthError
 from cardsflow_fmu.version import __version__
+from controllers.qp.dual_newton import array_of
 
 from .binding import native_library
 
@@ -98,10 +97,7 @@ class OpenedModel:
 
     def array(self, name: str) -> FloatArray:
         """Return a view of an array in the law or the robot model of a controller."""
-        length = ctypes.c_size_t()
-        pointer = self._library.native_model_array(self.handle, name.encode(), ctypes.byref(length))
-        assert pointer, name
-        return np.ctypeslib.as_array(pointer, (length.value,))
+        return array_of(self._library.native_model_array, self.handle, name)
 
     @property
     def message(self) -> str:

@@ -318,7 +318,7 @@ def test_loop_in_c_distributes_the_torque_of_a_callback() -> None:
         def __init__(self) -> None:
             self.law = law
             loop = loop_in_c.LoopInC(2, 4, 2, self)
-            self.loop, view = loop, loop_in_c.law_in_c.view
+            self.loop, view = loop, loop_in_c.dual_newton.view
 
             def torque(_, q, qd, reference, correction, load, tau):
                 values = (view(address, 2).copy() for address in (q, qd))
