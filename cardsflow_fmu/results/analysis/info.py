@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -29,27 +30,12 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
         "mass": sum(link.inertia.mass for link in robot.links),
         "reach": _max_reach(robot),
         "links": [{"name": link.name, "mass": link.inertia.mass} for link in robot.links],
-        "joints": [
-            {"name": j.name, "type": j.type, "parent": j.parent, "child": j.child}
-            for j in robot.joints
-        ],
-        "coordinates": [
-            {
-                "name": c.name,
-                "unit": c.unit,
-                "lower": c.lower,
-                "upper": c.upper,
-                "initial": c.initial,
-                "damping": c.damping,
-                "actuated": c.actuated,
-                "tau_min": c.tau_min,
-                "tau_max": c.tau_max,
-                "stiffness": c.stiffness,
-                "rest": c.rest,
-                "friction": c.friction,
-            }
-            for c in robot.coordinates
-        ],
+        "joints": _rows(robot.joints, "name type parent child"),
+        "coordinates": _rows(
+            robot.coordinates,
+            "name unit lower upper initial damping actuated tau_min tau_max stiffness rest "
+            "friction",
+        ),
         "not_simulated": [*problems, *not_simulated(robot)],
         "cable_set": robot.cable_set,
         "cable_sets": [cable_set.name for cable_set in robot.cable_sets],
@@ -77,6 +63,10 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
     }
 
 
+def _rows(items: Iterable[object], attributes: str) -> list[dict[str, Any]]:
+    return [{name: getattr(item, name) for name in attributes.split()} for item in items]
+
+
 def _lengths(robot: Robot) -> tuple[list[float] | list[None], list[str]]:
     """Return the path lengths at the initial pose, in [m], and problems that prevent it."""
     try:
@@ -99,17 +89,9 @@ def fmu_info(path: str | Path) -> dict[str, Any]:
         "description": description.description,
         "generated_by": description.generationTool,
         "platforms": sorted(fmpy.supported_platforms(str(path))),
-        "variables": [
-            {
-                "name": variable.name,
-                "causality": variable.causality,
-                "variability": variable.variability,
-                "unit": variable.unit,
-                "start": variable.start,
-                "description": variable.description,
-            }
-            for variable in description.modelVariables
-        ],
+        "variables": _rows(
+            description.modelVariables, "name causality variability unit start description"
+        ),
     }
 
 
