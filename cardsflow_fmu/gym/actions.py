@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -56,7 +55,6 @@ class Actions:
             if not np.isfinite(limits).all():
                 raise InputError(f"motor {motor.name!r} needs limits of its torque for actions")
         self.size = len(driven) + len(motors)
-        self._n = batch.n
         if not self.size:
             raise InputError(f"robot {robot.name!r} has neither driven muscles nor motors")
         self.rest = low
@@ -73,18 +71,6 @@ class Actions:
         )
         rest = np.concatenate([self._low, np.clip(0.0, *self._tau.T)])
         return self._names, low, high, rest
-
-    def check(self, actions: NDArray[np.floating]) -> None:
-        """Check actions of all instances, shape (n, k).
-
-        Raises:
-            InputError: An action is not finite, or the shape is wrong.
-        """
-        values, shape = np.asarray(actions), (self._n, self.size)
-        if values.shape != shape:
-            raise InputError(f"actions must have shape {shape}, not {values.shape}")
-        if values.dtype.kind not in "fiu" or not np.isfinite(values).all():
-            raise InputError(f"actions must be finite numbers, not {values!r}")
 
 
 def _command_ranges(robot: Robot, batch: Batch) -> tuple[FloatArray, FloatArray]:

@@ -117,7 +117,6 @@ class Episodes:
         Raises:
             InputError: An action is not finite, or the shape is wrong.
         """
-        self.actions.check(actions)
         return self._core.step(actions, ended)
 
     def _rules(self, max_episode_steps: int | None) -> core.Rules:

@@ -82,8 +82,8 @@ class CardsflowVectorEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[An
             if chosen.shape != (self.num_envs,) or chosen.dtype != np.bool_ or not chosen.any():
                 raise InputError(f"reset_mask must be {self.num_envs} flags, at least one is true")
         if seed is not None:
-            seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else [*seed]
-            if len(seeds) != self.num_envs:
+            seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
+            if not isinstance(seeds, Sequence) or len(seeds) != self.num_envs:
                 raise InputError(f"seed must be a number or {self.num_envs} numbers, not {seed!r}")
             self.episodes.seed(seeds, chosen)
         self.episodes.reset(chosen)

@@ -36,7 +36,7 @@ def rows(label: str, values: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"{label} must be numbers of shape {shape}, not {values!r}") from None
+        raise InputError(f"{label} must be numbers of shape {shape}") from None
     if array.shape not in (shape, shape[1:]):
         raise InputError(f"{label} must have shape {shape} or {shape[1:]}, not {array.shape}")
     is_finite = np.isfinite(array)

@@ -8,7 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from addin_sdfusion.robot import CardsflowError, InputError, Robot, SimulationError
+from addin_sdfusion.robot import (
+    CardsflowError,
+    InputError,
+    Robot,
+    SimulationError,
+    UnknownNameError,
+)
 from sim_dart.core.arrays import BoolArray, FloatArray
 from sim_dart.core.tasks import task_rows
 from sim_dart.plant.settings import Rule, check_step, require_rk4_support
@@ -17,6 +23,8 @@ from .arguments import chosen_instances, indices, integer, rows
 from .binding import BIAS, MASS_MATRIX, TASK_JACOBIAN, TENSIONS, batch_library
 from .instances import Instances
 from .threads import Threads
+
+_COLUMNS = ("q", "qd", "states", "task_position")
 
 _MIN_SHARED = 256  # instances times substeps; fewer are stepped by one thread
 
@@ -241,7 +249,13 @@ class Batch:
         return self._term(TENSIONS, "tensions", self.commands.shape[1])
 
     def columns(self, name: str) -> list[int]:
-        """Return the columns of `q`, `qd`, `states` or `task_position` for features."""
+        """Return the columns of `q`, `qd`, `states` or `task_position` for features.
+
+        Raises:
+            UnknownNameError: The name is another one.
+        """
+        if name not in _COLUMNS:
+            raise UnknownNameError("state", name, _COLUMNS)
         if name == "task_position":
             columns = self._instances.columns("task_values")
             return [columns[k] for k in self._task_rows]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sim_dart.core.arrays import BoolArray, FloatArray
 
+from .arguments import rows
 from .batch import Batch
 from .binding import EPISODE_FIELDS, batch_library
 from .features import Feature
@@ -138,13 +139,15 @@ class Episodes:
         """Step all instances, and return their observations and rewards.
 
         Args:
-            actions: Finite actions from -1 to 1, shape (n, k). Values beyond are clipped.
+            actions: Actions from -1 to 1, shape (n, k) or (k,). Values beyond are clipped.
             ended: Flags of instances that start an episode instead, shape (n,) (default: none).
 
         Raises:
-            InputError: Loops of an instance that starts cannot be closed.
+            InputError: An action is not finite, the shape is wrong, or loops of an instance that
+                starts cannot be closed.
         """
-        values = np.ascontiguousarray(actions, dtype=np.float64)
+        shape = self.batch.n, len(self.rules.actions)
+        values = np.ascontiguousarray(rows("actions", actions, shape))
         starts = None if ended is None or not ended.any() else np.ascontiguousarray(ended)
         results = self._new_results()
 

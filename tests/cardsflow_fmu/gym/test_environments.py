@@ -293,6 +293,12 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "no calibration": (_experiment(randomise="calibration"), "run `cardsflow calibrate`"),
     "action shape": (_step(np.zeros(3)), r"action must have shape \(4,\), not \(3,\)"),
     "actions shape": (_step(np.zeros((3, 4)), num_envs=2), r"actions must have shape \(2, 4\)"),
+    "actions text": (_step([["a", "b"]] * 2, num_envs=2), r"must be numbers of shape \(2, 4\)"),
+    "actions infinite": (
+        _step(np.full((40, 4), np.inf), num_envs=40),
+        r"actions must be finite, not inf \(instance 0, column 0\)",
+    ),
+    "seed": (lambda: gymnasium.make_vec(POSE, 2).reset(seed=1.5), "seed must be a number or 2"),
     "action nan": (_step(np.full(4, np.nan)), "actions must be finite"),
     "contacts": (lambda: gym.from_experiment(EXAMPLES / "pick_up"), "worlds with contacts"),
 }
