@@ -14,7 +14,7 @@ from controllers.optimal.feedback import Stage, gains_along, stages, stationary_
 from controllers.optimal.problem import Iterate
 from sim_dart.dynamics.core import CoreDynamics
 
-from .muscles import actuators, control_bounds, controls_along
+from .muscles import MotionControls, actuators, control_bounds
 from .problem import MotionProblem
 
 _MIN_LENGTH = 2e-3  # of a row, in [s]; gains change slowly
@@ -73,7 +73,7 @@ def _hold(
         return None
     q = at.x[-1, :n]
     bounds = control_bounds(experiment, experiment.motion, dynamics, shooting)
-    (u,), (states,) = controls_along(dynamics, shooting, bounds, q[None])
+    u, states = MotionControls(dynamics, shooting, bounds).at_rest(q)
     x = np.concatenate([q, np.zeros(n), states])
     rest = setup.problem.dynamics.run(x[None], u[None], np.array([h]), True, at.parameters)
     if rest is None or abs(rest.ends[0] - x)[: 2 * n].max() > _DRIFT:

@@ -11,6 +11,7 @@ from addin_sdfusion.robot import InputError, limits
 from cardsflow_fmu.cosim.signals.port import coordinate_signals
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.csv_table import read_csv
+from controllers.analysis.inverse_dynamics import Motion
 from controllers.optimal.problem import Iterate
 
 from .feedback import control_signals
@@ -38,7 +39,9 @@ def smooth_guess(setup: MotionProblem) -> Iterate:
     x[:, n : 2 * n] = np.gradient(x[:, :n], h, axis=0)
     x[fixed] = problem.x_low[fixed]
     middle, rates = 0.5 * (x[1:] + x[:-1]), np.diff(x, axis=0) / h
-    u, states = setup.controls(middle[:, :n], middle[:, n : 2 * n], rates[:, n : 2 * n])
+    times = h * np.arange(0.5, problem.intervals)
+    motion = Motion(times, middle[:, :n], middle[:, n : 2 * n], rates[:, n : 2 * n])
+    u, states = setup.controls.along(motion)
     x[1:, 2 * n :] = states
     return rest._replace(x=x, u=u)
 

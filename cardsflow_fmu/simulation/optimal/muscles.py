@@ -57,16 +57,8 @@ def control_bounds(
     return low[driven], high[driven]
 
 
-def controls_along(
-    dynamics: CoreDynamics,
-    shooting: Shooting,
-    bounds: Bounds,
-    q: FloatArray,
-    qd: FloatArray | None = None,
-    qdd: FloatArray | None = None,
-    commands: tuple[float, ...] = (),
-) -> tuple[FloatArray, FloatArray]:
-    """Return controls that move the robot along poses, and the resting states of its muscles.
+class MotionControls:
+    """Controls that move a robot along poses, and the resting states of its muscles.
 
     The forces are the smallest ones within the bounds; if none produce a torque, those with the
     smallest acceleration error.
@@ -75,33 +67,47 @@ def controls_along(
         dynamics: The robot.
         shooting: Its motion over intervals.
         bounds: From `control_bounds`.
-        q: Joint positions, shape (k, n), in [rad] or [m].
-        qd: Velocities, shape (k, n) (default: a rest).
-        qdd: Accelerations, shape (k, n) (default: none).
-        commands: Commands of all muscles that replace the computed ones; nan keeps one.
-
-    Returns:
-        The controls, shape (k, nu), and the states, shape (k, nx - 2 n).
     """
-    m, driven, laws = dynamics.m, actuators(dynamics, shooting), shooting.laws
-    limits = np.array([dynamics.f_min, dynamics.f_max])
-    are_forces = np.append(~laws.modelled, np.ones(limits.shape[1] - m, bool))[driven]
-    limits[:, np.array(driven)[are_forces]] = np.array(bounds)[:, are_forces]
-    rates = [np.zeros_like(q) if each is None else each for each in (qd, qdd)]
-    terms = motion_terms(dynamics, Motion(np.arange(float(len(q))), q, *rates))
-    pairs = []
-    for pose, L, tau in zip(q, terms.L, terms.tau, strict=True):
-        reach = limits.copy()
-        shooting.start(pose, np.zeros(m))  # moves the core to the pose
-        if laws.modelled.any():  # as at the start of a run: tensions that the laws reach
-            reach[:, :m] = np.maximum(np.clip(reach[:, :m], *laws.resting_reach()), 0.0)
-        distribution = ForceDistribution(*reach, motors=terms.motors)
-        forces = distribution.solve(L, tau, dynamics.mass_matrix(pose)).forces
-        u_of_muscles = override(laws.resting_commands(forces[:m]), commands)
-        u = np.clip(np.concatenate([u_of_muscles, forces[m:]])[driven], *bounds)
-        pairs.append((u, shooting.start(pose, u_of_muscles)))
-    controls, states = map(np.array, zip(*pairs, strict=True))
-    return controls, states
+
+    def __init__(self, dynamics: CoreDynamics, shooting: Shooting, bounds: Bounds) -> None:
+        self._dynamics, self._shooting, self._bounds = dynamics, shooting, bounds
+        self._driven, modelled = actuators(dynamics, shooting), shooting.laws.modelled
+        self._limits = np.array([dynamics.f_min, dynamics.f_max])
+        motors = np.ones(self._limits.shape[1] - dynamics.m, bool)
+        are_forces = np.append(~modelled, motors)[self._driven]
+        self._limits[:, np.array(self._driven)[are_forces]] = np.array(bounds)[:, are_forces]
+
+    def at_rest(
+        self, q: FloatArray, commands: tuple[float, ...] = ()
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return controls that hold a pose, shape (nu,), and states, shape (nx - 2 n,).
+
+        Args:
+            q: Joint positions, shape (n,), in [rad] or [m].
+            commands: Commands of all muscles that replace the computed ones; nan keeps one.
+        """
+        rest = np.zeros((1, len(q)))
+        controls, states = self.along(Motion(np.zeros(1), q[None], rest, rest), commands)
+        return controls[0], states[0]
+
+    def along(
+        self, motion: Motion, commands: tuple[float, ...] = ()
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the controls and states at the points of a motion, shapes (T, nu) and (T, ...)."""
+        terms, pairs = motion_terms(self._dynamics, motion), []
+        m, laws, shooting = self._dynamics.m, self._shooting.laws, self._shooting
+        for q, L, tau in zip(motion.q, terms.L, terms.tau, strict=True):
+            reach = self._limits.copy()
+            shooting.start(q, np.zeros(m))  # moves the core to the pose
+            if laws.modelled.any():  # as at the start of a run: tensions that the laws reach
+                reach[:, :m] = np.maximum(np.clip(reach[:, :m], *laws.resting_reach()), 0.0)
+            distribution = ForceDistribution(*reach, motors=terms.motors)
+            forces = distribution.solve(L, tau, self._dynamics.mass_matrix(q)).forces
+            u_of_muscles = override(laws.resting_commands(forces[:m]), commands)
+            u = np.concatenate([u_of_muscles, forces[m:]])[self._driven]
+            pairs.append((np.clip(u, *self._bounds), shooting.start(q, u_of_muscles)))
+        controls, states = map(np.array, zip(*pairs, strict=True))
+        return controls, states
 
 
 def below_reach(experiment: Experiment, q: FloatArray, tensions: FloatArray) -> tuple[str, ...]:

@@ -138,63 +138,133 @@ def optimise(
         InputError: The file of the earlier motion belongs to another robot.
         NoMotionError: No motion satisfies the constraints; the message names one of them.
     """
-    setup = motion_problem(experiment)
-    assert experiment.motion is not None
-    limit, iterations, seconds = experiment.motion.max_iterations, 0, 0.0
-    last = None if resume is None else last_motion(resume, setup)
-    guess = first = _first_guess(setup) if last is None else last
-    inner, rounds, passes = against_jumps(setup.problem, guess), 0, False
-    setup = _with_constraints(setup, inner)
-    others = _other_guesses(setup, first)
+    search = _Search(experiment, motion_problem(experiment), progress, resume)
+    solution, error = search.run()
+    setup, at, motion = search.setup, solution.iterate, experiment.motion
+    assert motion is not None
+    notes, warnings = _remarks(solution, error)
+    if motion.muscles == "forces" and modelled_muscles(experiment.robot):
+        tensions = np.full((len(at.u), setup.dynamics.m), np.nan)
+        tensions[:, setup.shooting.driven] = at.u[:, : len(setup.shooting.driven)]
+        notes += below_reach(experiment, at.x[:-1, : setup.dynamics.n], tensions)
+    times, columns = _samples(setup, solution, experiment.run.step)
+    x = np.zeros((len(times), setup.shooting.nx))
+    x[:, : setup.dynamics.n] = np.transpose(list(columns.values())[: setup.dynamics.n])
+    warnings += passages(setup.problem.constraints, times, x)
+    feedback, more = motion_feedback(experiment, setup, at)
+    return OptimisedMotion(
+        *(solution, setup, times, columns, feedback, (*setup.notes, *notes, *more), warnings),
+        *(search.iterations, search.seconds, tuple(search.history)),
+    )
 
-    history = list[tuple[Progress, int]]()
 
-    def report(done: Progress) -> None:
-        history.append((done, setup.shooting.steps))
-        progress(done, setup.shooting.steps)
+class _Search:
+    """Optimisations until the integration is accurate and the constraints hold between the nodes.
 
-    if last is not None:
-        setup.refine(setup.problem.clip(last), _INTEGRATION_ERROR, is_final=True)
-    previous = None
-    while True:
-        solver = Optimiser(setup.problem, max_iterations=limit, refine=_Refinement(setup))
-        is_near = guess is not first or guess is last
-        hessian = previous.hessian if previous is not None and previous.status == OPTIMAL else None
-        solution = solver.solve(guess, report, None if is_near else others, hessian)
-        stopped = solution is not None and solution.status == INTERRUPTED
-        iterations += 0 if solution is None else solution.history[-1].iteration
-        seconds += 0.0 if solution is None else solution.history[-1].seconds
-        if guess is last and not stopped and (solution is None or not solution.is_feasible):
-            guess = first = _first_guess(setup)  # the goals or bounds have changed
-            others = _other_guesses(setup, first)
-            setup.shooting.steps = experiment.motion.substeps
-            continue
-        if stopped and previous is not None and solution is not None and not solution.is_feasible:
-            solution = replace(previous, status=INTERRUPTED, history=solution.history)
-        at = solution.iterate if solution is not None and solution.is_feasible else None
-        passes = passes if at is None else is_blocked(setup.problem, at)
-        if passes and not stopped:
-            another = next(others, None)
-            if another is not None:
-                guess = another
+    Args:
+        experiment: The experiment.
+        setup: Its problem.
+        progress: See `optimise`.
+        resume: See `optimise`.
+
+    Attributes:
+        setup: The problem, with constraints between the nodes.
+        iterations: Number of iterations.
+        seconds: Time of the iterations, in [s].
+        history: Progress and number of substeps after each iteration.
+    """
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        setup: MotionProblem,
+        progress: Callable[[Progress, int], None],
+        resume: Path | None,
+    ) -> None:
+        assert experiment.motion is not None
+        self._experiment, self._motion, self._progress = experiment, experiment.motion, progress
+        self.iterations, self.seconds, self.history = 0, 0.0, list[tuple[Progress, int]]()
+        self._previous: Solution | None = None
+        self._rounds, self._is_blocked = 0, False
+        last = None if resume is None else last_motion(resume, setup)
+        first = _first_guess(setup) if last is None else last
+        self.setup = _with_constraints(setup, against_jumps(setup.problem, first))
+        self._begin(first)
+        self._is_near = self._is_resumed = last is not None
+        if last is not None:
+            self.setup.refine(setup.problem.clip(last), _INTEGRATION_ERROR, is_final=True)
+
+    def _begin(self, first: Iterate) -> None:
+        """Set the first guess."""
+        self._guess, self._others, self._is_near = first, _other_guesses(self.setup, first), False
+
+    def run(self) -> tuple[Solution, float]:
+        """Return the motion, and the largest error of an interval."""
+        while True:
+            solution = self._solve()
+            is_end = solution is not None and solution.status == INTERRUPTED
+            is_feasible = solution is not None and solution.is_feasible
+            if not is_end and self._has_other_guess(solution if is_feasible else None):
                 continue
-        if at is None:
-            require_reachable(experiment, setup)
-        _require_motion(setup, solution)
-        assert solution is not None
-        at, steps = solution.iterate, setup.shooting.steps
-        tolerance, ends = np.inf if stopped else _INTEGRATION_ERROR, solution.linearisation.ends
-        error = setup.refine(at, tolerance, is_final=True, ends=ends)
-        if stopped:
-            break
-        if setup.shooting.steps == steps:
-            inner = between_nodes(setup.problem, at, experiment.run.step)
-            if not inner or rounds == _MAX_ROUNDS:
-                break
-            rounds, passes = rounds + 1, True
-            setup = _with_constraints(setup, inner)
-        previous, guess = solution, at
-    notes, warnings = setup.notes, tuple[str, ...]()
+            if not is_feasible:
+                require_reachable(self._experiment, self.setup)
+            _require_motion(self.setup, solution)
+            assert solution is not None
+            at, steps = solution.iterate, self.setup.shooting.steps
+            tolerance, ends = np.inf if is_end else _INTEGRATION_ERROR, solution.linearisation.ends
+            error = self.setup.refine(at, tolerance, is_final=True, ends=ends)
+            if is_end or (self.setup.shooting.steps == steps and not self._constrain(at)):
+                return solution, error
+            self._previous, self._guess, self._is_near = solution, at, True
+
+    def _solve(self) -> Solution | None:
+        """Return the motion from the guess; None if it diverges."""
+        setup, previous = self.setup, self._previous
+        limit = self._motion.max_iterations
+        solver = Optimiser(setup.problem, max_iterations=limit, refine=_Refinement(setup))
+        others = None if self._is_near else self._others
+        hessian = previous.hessian if previous is not None and previous.status == OPTIMAL else None
+        solution = solver.solve(self._guess, self._report, others, hessian)
+        if solution is None:
+            return None
+        self.iterations += solution.history[-1].iteration
+        self.seconds += solution.history[-1].seconds
+        if solution.status == INTERRUPTED and previous is not None and not solution.is_feasible:
+            return replace(previous, status=INTERRUPTED, history=solution.history)
+        return solution
+
+    def _report(self, done: Progress) -> None:
+        self.history.append((done, self.setup.shooting.steps))
+        self._progress(done, self.setup.shooting.steps)
+
+    def _has_other_guess(self, solution: Solution | None) -> bool:
+        """Return whether there is another guess, after one without a motion or past obstacles."""
+        if self._is_resumed and solution is None:  # the goals or bounds have changed
+            self._is_resumed = False
+            self._begin(_first_guess(self.setup))
+            self.setup.shooting.steps = self._motion.substeps
+            return True
+        self._is_resumed = False
+        if solution is not None:
+            self._is_blocked = is_blocked(self.setup.problem, solution.iterate)
+        another = next(self._others, None) if self._is_blocked else None
+        if another is not None:
+            self._guess, self._is_near = another, True
+        return another is not None
+
+    def _constrain(self, at: Iterate) -> bool:
+        """Add violated constraints between the nodes; return whether there are any."""
+        inner = between_nodes(self.setup.problem, at, self._experiment.run.step)
+        if not inner or self._rounds == _MAX_ROUNDS:
+            return False
+        self._rounds, self._is_blocked = self._rounds + 1, True
+        self.setup = _with_constraints(self.setup, inner)
+        return True
+
+
+def _remarks(solution: Solution, error: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return notes and warnings about the end of the iterations and the error of an interval."""
+    notes, warnings = tuple[str, ...](), tuple[str, ...]()
     if solution.status == NEARLY_OPTIMAL:
         text = f"nearly optimal: the cost changed by less than {FLAT:.1%} in the last"
         notes += (f"{text} {FLAT_ITERATIONS} iterations; --resume continues",)
@@ -209,20 +279,7 @@ def optimise(
         warnings += (text,)
     elif error > _INTEGRATION_ERROR:
         notes += (text,)
-    if experiment.motion.muscles == "forces" and modelled_muscles(experiment.robot):
-        at, driven = solution.iterate, setup.shooting.driven
-        tensions = np.full((len(at.u), setup.dynamics.m), np.nan)
-        tensions[:, driven] = at.u[:, : len(driven)]
-        notes += below_reach(experiment, at.x[:-1, : setup.dynamics.n], tensions)
-    times, columns = _samples(setup, solution, experiment.run.step)
-    x = np.zeros((len(times), setup.shooting.nx))
-    x[:, : setup.dynamics.n] = np.transpose(list(columns.values())[: setup.dynamics.n])
-    warnings += passages(setup.problem.constraints, times, x)
-    feedback, more = motion_feedback(experiment, setup, solution.iterate)
-    return OptimisedMotion(
-        *(solution, setup, times, columns, feedback, (*notes, *more), warnings),
-        *(iterations, seconds, tuple(history)),
-    )
+    return notes, warnings
 
 
 def _with_constraints(setup: MotionProblem, inner: Sequence[NodeConstraint]) -> MotionProblem:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +22,7 @@ from sim_dart.optimal.shooting import Shooting
 from .costs import motion_costs
 from .goals import fix_goals, fix_start, state_bounds
 from .loops import advances, closing, constant_speed, require_independent
-from .muscles import actuators, control_bounds, controls_along
+from .muscles import MotionControls, actuators, control_bounds
 from .obstacles.constraints import obstacle_constraints
 from .parameters import FreeParameters, free_parameters
 from .tasks import task_bounds
@@ -41,7 +40,7 @@ class MotionProblem(NamedTuple):
     Attributes:
         problem: The problem.
         guess: Rest at the start, with forces that hold the robot.
-        controls: `controls_along` of the robot.
+        controls: Controls that move the robot along poses.
         dynamics: The robot's dynamics, without friction.
         shooting: Its motion over intervals.
         free: Free parameters of the robot, or None.
@@ -50,7 +49,7 @@ class MotionProblem(NamedTuple):
 
     problem: OptimalProblem
     guess: Iterate
-    controls: Callable[..., tuple[FloatArray, FloatArray]]
+    controls: MotionControls
     dynamics: CoreDynamics
     shooting: Shooting
     free: FreeParameters | None
@@ -136,9 +135,9 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
     loops = closing(experiment, robot)
     require_independent(experiment, motion, dynamics.coordinate_names)
     q = np.array(experiment.start.q)
-    controls = partial(controls_along, loops or dynamics, shooting, bounds)
-    resting, states = controls(q[None], commands=motion.start_command)
-    start = np.array([*q, *experiment.start.qd, *states[0]])
+    controls = MotionControls(loops or dynamics, shooting, bounds)
+    resting, states = controls.at_rest(q, motion.start_command)
+    start = np.array([*q, *experiment.start.qd, *states])
     x_low, x_high = state_bounds(experiment, motion, dynamics, shooting)
     constraints = fix_start(experiment, motion, dynamics, start, x_low, x_high)
     goals = fix_goals(experiment, motion, dynamics, x_low, x_high)
