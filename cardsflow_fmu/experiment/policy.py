@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
-from addin_sdfusion.robot.files import file_error
+from addin_sdfusion.robot.files import write_files
 from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.model.muscle_laws import states_of
 from addin_sdfusion.robot.model.trajectory import Space
 from cardsflow_fmu.cosim.signals.muscles import driven_muscles, ideal_muscles, state_order
 from cardsflow_fmu.utils.arrays import FloatArray
+
+from .config.file import read_settings
 
 FORMAT = "cardsflow-policy-1"
 
@@ -165,11 +166,7 @@ def write_policy(policy: Policy, file: Path) -> Path:
             )
         ],
     }
-    try:
-        file.write_text(json_text(data, indent=1) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise file_error(error, "cannot be accessed", file) from None
-    return file
+    return write_files(file.parent, {file.name: json_text(data, indent=1) + "\n"})[0]
 
 
 def read_policy(file: Path) -> Policy:
@@ -178,13 +175,8 @@ def read_policy(file: Path) -> Policy:
     Raises:
         InputError: The file cannot be read, or is not a valid policy.
     """
-    try:
-        data = json.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise file_error(error, "cannot be accessed", file) from None
-    except ValueError as error:
-        raise InputError(f"is not JSON: {error}", file=file) from None
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
+    data = read_settings(file)
+    if data.get("format") != FORMAT:
         raise InputError(f"is not a policy: its format must be {FORMAT!r}", file=file)
     try:
         return make_policy(data)

@@ -11,11 +11,13 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.reference import make_reference
+from cardsflow_fmu.utils.multiples import whole_steps
+from controllers.validation import require_positive
 
 from .env import CardsflowEnv
 from .episodes import Setup
 from .randomise import Randomise, random_robots
-from .tasks.pose import PoseTask, positive
+from .tasks.pose import PoseTask
 from .tasks.reach import ReachTask
 from .tasks.task import Task
 from .tasks.track import TrackTask
@@ -93,9 +95,8 @@ def experiment_setup(
     experiment = Experiment.load(path, changes)
     _require_supported(experiment)
     plant = experiment.plant
-    count = positive("step", step) / (plant.step / plant.substeps)
-    if abs(count - round(count)) > 1e-6 * count or round(count) < 1:
-        raise InputError(f"step {step} s must be a multiple of the plant's {plant.step} s")
+    require_positive(step=step)
+    count = whole_steps(step, plant.step / plant.substeps, "the step of the plant", key="step")
     steps = max(round(experiment.run.duration / step), 1) if task == "track" else 100
     robot = experiment.plant_robot
     robots = [] if randomise is None else random_robots(path, changes, randomise, variants, seed)
@@ -105,7 +106,7 @@ def experiment_setup(
         robot,
         _make_task(_TASKS[task], robot, task_options),
         step,
-        round(count),
+        count,
         plant.integrator,
         action,
         robots,
@@ -115,6 +116,9 @@ def experiment_setup(
 
 
 def _make_task(kind: type[Task], robot: Any, options: Mapping[str, Any]) -> Task:
+    for name in ("targets", "poses", "weights"):
+        if not isinstance(options.get(name) or {}, Mapping):
+            raise InputError(f"{name} must have values by name, not be {options[name]!r}")
     try:
         return kind(robot, **options)
     except TypeError as error:

@@ -88,10 +88,9 @@ def myosuite_setup(name: str, model: str | Path | None) -> Setup:
     Raises:
         InputError: The model is missing or lacks a joint or site of the task.
     """
-    if model is None:
-        raise InputError(
-            f'cardsflow/{name} needs a model of yours: make(id, model="path/to/model.xml")'
-        )
+    if not isinstance(model, str | Path):
+        needed = 'needs a model of yours: make(id, model="path/to/model.xml")'
+        raise InputError(f"cardsflow/{name} {needed}, not {model!r}")
     robot = _robot(Path(model))
     plant, folder = soft_limits(robot) if name.startswith(_SOFT) else robot, Path(model).parent
     return Setup(plant, TASKS[name](robot), STEP, SUBSTEPS, rest=0.0, folder=folder)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import importlib
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import file_error
 from cardsflow_fmu.utils.arrays import FloatArray
 
 Pair = tuple[FloatArray, FloatArray]
@@ -26,7 +28,10 @@ def layer_pairs(layers: Sequence[tuple[Any, Any]] | Mapping[str, Any]) -> list[P
             raise InputError(f"a state dictionary must have weights and biases, not {len(values)}")
     if not layers:
         raise InputError("the network has no layers")
-    return [(np.asarray(weights, float), np.asarray(bias, float)) for weights, bias in layers]
+    try:
+        return [(np.asarray(weights, float), np.asarray(bias, float)) for weights, bias in layers]
+    except (TypeError, ValueError):
+        raise InputError("each layer must be a pair of weights and bias, of numbers") from None
 
 
 def read_network(file: Path) -> tuple[list[Pair], list[str]]:
@@ -46,30 +51,33 @@ def read_network(file: Path) -> tuple[list[Pair], list[str]]:
     raise InputError("is not a network; known file types: .pt, .pth, .onnx, .json", file=file)
 
 
-def _read_torch(file: Path) -> list[Pair]:
+def _loaded(file: Path, package: str, kind: str, load: Callable[[Any], Any]) -> Any:
+    """Return what `load` reads from a file with a package."""
     try:
-        import torch
+        module = importlib.import_module(package)
     except ImportError:
-        raise InputError("needs the package torch", file=file) from None
+        raise InputError(f"needs the package {package}", file=file) from None
     try:
+        return load(module)
+    except OSError as error:
+        raise file_error(error, "cannot be read", file) from None
+    except Exception as error:  # the packages raise many kinds
+        text = repr(error).partition("\\n")[0]
+        raise InputError(f"is not {kind}: {text}", file=file) from None
+
+
+def _read_torch(file: Path) -> list[Pair]:
+    def load(torch: Any) -> dict[str, Any]:
         state = torch.load(file, map_location="cpu", weights_only=True)
-        values = {name: value.double().numpy() for name, value in state.items()}
-    except Exception as error:  # torch raises many kinds
-        text = str(error).partition("\n")[0]
-        raise InputError(f"is not a state dictionary: {text}", file=file) from None
-    return layer_pairs(values)
+        return {name: value.double().numpy() for name, value in state.items()}
+
+    return layer_pairs(_loaded(file, "torch", "a state dictionary", load))
 
 
 def _read_onnx(file: Path) -> tuple[list[Pair], list[str]]:
-    try:
-        import onnx
-    except ImportError:
-        raise InputError("needs the package onnx", file=file) from None
-    try:
-        graph = onnx.load(file).graph
-    except Exception as error:  # onnx raises many kinds
-        text = str(error).partition("\n")[0]
-        raise InputError(f"is not an ONNX file: {text}", file=file) from None
+    graph = _loaded(file, "onnx", "an ONNX file", lambda onnx: onnx.load(file).graph)
+    import onnx
+
     tensors = {t.name: np.array(onnx.numpy_helper.to_array(t), float) for t in graph.initializer}
     pairs: list[Pair] = []
     functions: list[str] = []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot, check
+from cardsflow_fmu.experiment.config.file import read_settings
 from cardsflow_fmu.experiment.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.estimator import CALIBRATION_FILE
@@ -18,6 +18,7 @@ from cardsflow_fmu.studies.definition.path_check import PathCheck
 from cardsflow_fmu.studies.definition.sampling import sample
 from cardsflow_fmu.studies.definition.tables import VarySettings
 from cardsflow_fmu.studies.definition.variation_reader import read_variations
+from sim_dart.batch.arguments import integer
 from sim_dart.calibration.parameters import calibrated_robot, free_parameters
 
 Randomise = Literal["calibration"] | Sequence[Mapping[str, Any]]
@@ -41,9 +42,11 @@ def random_robots(
     Raises:
         InputError: A variation is invalid, or the calibration does not exist.
     """
+    integer("variants", count, 1)
+    integer("seed", seed, 0)
     if randomise == "calibration":
         return _deviating_robots(Experiment.load(path, settings), count, seed)
-    if isinstance(randomise, str) or not randomise:
+    if isinstance(randomise, str | Mapping) or not randomise:
         problem = (
             f"must be 'calibration' or a list of tables as [[vary]] of studies, not {randomise!r}"
         )
@@ -72,8 +75,7 @@ def _deviating_robots(experiment: Experiment, count: int, seed: int) -> list[Rob
     if not file.is_file():
         raise InputError("does not exist; run `cardsflow calibrate` and use its robot", file=file)
     try:
-        rows = json.loads(file.read_text(encoding="utf-8"))["parameters"]
-        sd = {str(row["name"]): float(row["sd"]) for row in rows}
+        sd = {str(row["name"]): float(row["sd"]) for row in read_settings(file)["parameters"]}
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"is not the result of a calibration ({error!r})", file=file) from None
     # names of via points and inertias continue after the word that patterns match

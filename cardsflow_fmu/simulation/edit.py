@@ -193,11 +193,8 @@ def muscle_laws() -> dict[str, list[dict[str, Any]]]:
 
 
 def _without_motors(robot: Robot) -> Robot:
-    joints = tuple(
-        replace(j, coordinates=tuple(replace(c, actuated=False) for c in j.coordinates))
-        for j in robot.joints
-    )
-    return replace(robot, joints=joints)
+    joints = (j.map_coordinates(lambda c: replace(c, actuated=False)) for j in robot.joints)
+    return replace(robot, joints=tuple(joints))
 
 
 def _new_table(file: Path) -> Path:

@@ -232,10 +232,7 @@ def calibrated_robot(robot: Robot, parameters: Sequence[Parameter], theta: Float
         inertia = inertia_of(thicken(links[k].inertia) + numbers_changed)
         links[k] = replace(links[k], inertia=inertia)
     by_name = {c.name: c for c in coordinates}
-    joints = (
-        replace(joint, coordinates=tuple(by_name.get(c.name, c) for c in joint.coordinates))
-        for joint in robot.joints
-    )
+    joints = (j.map_coordinates(lambda c: by_name.get(c.name, c)) for j in robot.joints)
     changed = replace(robot, links=tuple(links), joints=tuple(joints))
     return changed.with_muscles(muscles) if robot.cable_set else changed
 

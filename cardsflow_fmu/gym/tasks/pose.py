@@ -35,6 +35,7 @@ class PoseTask(Task):
     """
 
     term, layout = "pose", ("error",)
+    bonus_range = 1.5
     default_weights: ClassVar = {"pose": 1.0, "bonus": 4.0, "act_reg": 1.0, "penalty": 50.0}
 
     def __init__(
@@ -46,22 +47,14 @@ class PoseTask(Task):
         start: StartPose = "initial",
         weights: Mapping[str, float] | None = None,
     ) -> None:
-        super().__init__(robot, weights)
+        super().__init__(robot, weights, threshold, far)
         if start not in ("initial", "random"):
             raise InputError(f"start must be 'initial' or 'random', not {start!r}")
-        names = [c.name for c in robot.coordinates]
         ranges = {c.name: (c.lower, c.upper) for c in robot.coordinates}
         targets = ranges if targets is None else targets
-        for name in targets:
-            if name not in names:
-                raise UnknownNameError("coordinate", name, names)
+        self.choose("coordinate", list(ranges), targets)
         self._low, self._high = bounds("targets", targets)
-        columns = [names.index(name) for name in targets]
-        self.columns = None if columns == list(range(len(names))) else columns
-        self.near, self.far = positive("threshold", threshold), positive("far", far)
-        self.beyond = 1.5 * self.near
-        initial = np.array([c.initial for c in robot.coordinates])
-        self._poses = limits(robot) if start == "random" else (initial, initial)
+        self._poses = limits(robot) if start == "random" else (self.initial, self.initial)
 
     def start(self) -> Start:
         """Return the ranges of the targets and of the start poses."""
@@ -89,17 +82,6 @@ def bounds(label: str, ranges: Mapping[str, ArrayLike]) -> tuple[FloatArray, Flo
         low.append(a.reshape(-1))
         high.append(b.reshape(-1))
     return np.concatenate(low), np.concatenate(high)
-
-
-def positive(label: str, value: float) -> float:
-    """Return a positive, finite number.
-
-    Raises:
-        InputError: The value is something else.
-    """
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < np.inf:
-        raise InputError(f"{label} must be positive and finite, not {value!r}")
-    return float(value)
 
 
 def limits(

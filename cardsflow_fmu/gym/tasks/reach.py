@@ -8,11 +8,11 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from addin_sdfusion.robot import InputError, Robot, UnknownNameError
+from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import Batch
 
-from .pose import bounds, limits, positive
+from .pose import bounds, limits
 from .task import Start, Task
 
 Sampling = Literal["box", "workspace"]
@@ -56,11 +56,13 @@ class ReachTask(Task):
         far: float = 0.35,
         weights: Mapping[str, float] | None = None,
     ) -> None:
-        super().__init__(robot, weights)
         if sampling not in ("box", "workspace"):
             raise InputError(f"sampling must be 'box' or 'workspace', not {sampling!r}")
-        names = [f.name for f in robot.task_frames if not f.is_orientation]
-        columns = point_columns(robot, names if targets is None else list(targets))
+        points = [f.name for f in robot.task_frames if not f.is_orientation]
+        names = points if targets is None else list(targets)
+        super().__init__(robot, weights, threshold, far, len(names))
+        owners = [frame.name for frame in robot.task_frames for _ in frame.axes]
+        columns = self.choose("task frame", owners, names)
         if targets is None:
             sampling = "workspace"
             self._high = np.full(len(columns), np.inf)
@@ -72,18 +74,12 @@ class ReachTask(Task):
                 f"targets: the boxes have {self._low.size} numbers, but the points have "
                 f"{len(columns)} coordinates"
             )
-        count = len(names if targets is None else targets)
         self.space = "operational"
-        every = list(range(sum(len(frame.axes) for frame in robot.task_frames)))
-        self.columns = None if columns == every else columns
-        self.near = count * positive("threshold", threshold)
-        self.far, self.beyond = count * positive("far", far), 2.0 * self.near
-        self._initial = np.array([c.initial for c in robot.coordinates])
         self._points = self._reachable(columns, poses or {}) if sampling == "workspace" else None
 
     def start(self) -> Start:
         """Return the initial pose, and the boxes of the targets or reachable targets."""
-        return Start(np.array(2 * [self._initial]), np.array([self._low, self._high]), self._points)
+        return Start(np.array(2 * [self.initial]), np.array([self._low, self._high]), self._points)
 
     def _reachable(self, columns: list[int], ranges: Mapping[str, ArrayLike]) -> FloatArray:
         """Return positions of the points at random poses, shape (k, 3 points)."""
@@ -99,17 +95,3 @@ class ReachTask(Task):
         if not inside.any():
             raise InputError("targets: no pose of the robot brings the points into the boxes")
         return points[inside]
-
-
-def point_columns(robot: Robot, names: list[str]) -> list[int]:
-    """Return the columns of points in the task coordinates.
-
-    Raises:
-        UnknownNameError: A task frame does not exist.
-    """
-    frames = {frame.name for frame in robot.task_frames}
-    for name in names:
-        if name not in frames:
-            raise UnknownNameError("task frame", name, sorted(frames))
-    owners = [frame.name for frame in robot.task_frames for _ in frame.axes]
-    return [k for name in names for k, owner in enumerate(owners) if owner == name]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
 from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.validation import require_positive
 from sim_dart import Batch
 from sim_dart.batch.episodes import Evaluation
 from sim_dart.batch.features import Feature, features
@@ -40,12 +41,20 @@ class Task(ABC):
     Args:
         robot: The robot.
         weights: Changes of the weights of the reward terms.
+        threshold: Distance below which the task is solved, for each of `count` points.
+        far: Distance beyond which an episode ends, for each point.
+        count: Number of points.
+
+    Raises:
+        InputError: A number is invalid.
+        UnknownNameError: A reward term does not exist.
 
     Reward terms: the one named `term` is minus the distance d to the target; `bonus` is 1 below
     `beyond`, 2 below `near`; `penalty` is -1 beyond `far`, where the episode ends; `act_reg` is
     minus the norm of the activations divided by their number.
 
     Attributes:
+        initial: Initial pose, shape (dofs,), in [rad] or [m].
         near: Distance below which the task is solved.
         beyond: Distance below which the bonus begins.
         far: Distance beyond which an episode ends.
@@ -63,12 +72,21 @@ class Task(ABC):
     first_end: ClassVar[int] = 0
     """First step with which an episode can end."""
     layout: tuple[str, ...]
-    near: float
-    beyond: float
-    far: float
+    bonus_range: ClassVar[float] = 2.0
+    """Distance below which the bonus begins, over that below which the task is solved."""
 
-    def __init__(self, robot: Robot, weights: Mapping[str, float] | None) -> None:
-        self.robot = robot
+    def __init__(
+        self,
+        robot: Robot,
+        weights: Mapping[str, float] | None,
+        threshold: float,
+        far: float,
+        count: int = 1,
+    ) -> None:
+        require_positive(threshold=threshold, far=far)
+        self.near, self.far = count * threshold, count * far
+        self.beyond = self.bonus_range * self.near
+        self.robot, self.initial = robot, np.array([c.initial for c in robot.coordinates])
         self.space: Space = "joint"
         self.columns: list[int] | None = None
         self.reference: FloatArray | None = None
@@ -76,9 +94,24 @@ class Task(ABC):
         for name, weight in (weights or {}).items():
             if name not in self.weights:
                 raise UnknownNameError("reward term", name, self.weights)
-            if not np.isfinite(weight):
-                raise InputError(f"the weight of {name!r} must be finite, not {weight}")
+            if not isinstance(weight, int | float) or not np.isfinite(weight):
+                raise InputError(f"the weight of {name!r} must be finite, not {weight!r}")
             self.weights[name] = float(weight)
+
+    def choose(self, kind: str, owners: Sequence[str], names: Iterable[str]) -> list[int]:
+        """Set and return the coordinates with targets.
+
+        Args:
+            kind: What the names are, for messages.
+            owners: Name of each coordinate.
+            names: Names of those with targets.
+        """
+        for name in names:
+            if name not in owners:
+                raise UnknownNameError(kind, name, sorted({*owners}))
+        columns = [k for name in names for k, owner in enumerate(owners) if owner == name]
+        self.columns = None if columns == list(range(len(owners))) else columns
+        return columns
 
     @abstractmethod
     def start(self) -> Start:

@@ -11,7 +11,6 @@ from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.model.trajectory import Space
 from cardsflow_fmu.utils.arrays import FloatArray
 
-from .pose import positive
 from .task import Start, Task
 
 
@@ -45,13 +44,11 @@ class TrackTask(Task):
         far: float,
         weights: Mapping[str, float] | None = None,
     ) -> None:
-        super().__init__(robot, weights)
+        super().__init__(robot, weights, threshold, far)
         if not np.isfinite(reference).all():
             raise InputError("the reference must be finite")
         self.reference: FloatArray = np.hstack([reference, moves])
         self._start = start
-        self.near, self.far = positive("threshold", threshold), positive("far", far)
-        self.beyond = 2.0 * self.near
         self.space = space
         self.layout = ("error", "rate") if space == "joint" else ("y", "error", "rate")
 

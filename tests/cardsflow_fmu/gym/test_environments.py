@@ -263,6 +263,7 @@ MYO = "cardsflow/myoElbowPose1D6MRandom-v0"
 VARY = {"path": "robot.links.link_7.inertia.mass", "uniform": [0.5, 2.0]}
 WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "no model": (_make(MYO), "needs a model of yours"),
+    "model": (_make(MYO, model=3), "needs a model of yours: make"),
     "missing model": (_make(MYO, model="none.xml"), "none.xml: cannot be read"),
     "option of a model": (_make(MYO, model="a.xml", step=0.1), "has no option 'step'"),
     "model of an example": (_make(model="a.xml"), "has a robot"),
@@ -279,6 +280,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "nan": (_experiment(task="pose", targets={"joint_1": (0, np.nan)}), "must have finite ends"),
     "threshold": (_experiment(task="pose", threshold=-1.0), "threshold must be positive"),
     "start": (_experiment(task="pose", start="rest"), "start must be 'initial' or 'random'"),
+    "weights": (_experiment(weights=[1.0]), "weights must have values by name"),
     "weight": (_experiment(weights={"speed": 1.0}), "reward term 'speed'"),
     "point": (_experiment(task="reach", targets={"toe": (0, 1)}), "task frame 'toe'"),
     "box": (_experiment(task="reach", targets={"tip": ((0, 0, 0), (1, 1, 1))}), "coordinates"),
@@ -286,9 +288,11 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         _experiment(task="reach", targets={"tip": ((9, 9), (10, 10))}, sampling="workspace"),
         "no pose of the robot brings the points into the boxes",
     ),
-    "step": (_experiment(step=0.0015), "must be a multiple of the plant's"),
+    "step": (_experiment(step=0.0015), "not a whole multiple of the step of the plant"),
     "action map": (_experiment(action="sigmoid"), "needs muscles with excitations"),
     "randomise": (_experiment(randomise="a lot"), "must be 'calibration' or a list of tables"),
+    "variants": (_experiment(randomise=[VARY], variants=0), "variants must be a whole number"),
+    "random seed": (_experiment(randomise=[VARY], seed="x"), "seed must be a whole number from 0"),
     "variation": (_experiment(randomise=[VARY]), "link_7"),
     "no calibration": (_experiment(randomise="calibration"), "run `cardsflow calibrate`"),
     "action shape": (_step(np.zeros(3)), r"action must have shape \(4,\), not \(3,\)"),
