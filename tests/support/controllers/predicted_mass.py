@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from controllers.qp import law_in_c
+from controllers.qp import dual_newton, law_in_c
 
 NODES, PERIOD = 6, 0.01
 
@@ -74,9 +74,7 @@ class Law:
             self[name][:] = value
 
     def __getitem__(self, name: str) -> Any:
-        length = ctypes.c_size_t()
-        address = self._c.mpc_array(self._law, name.encode(), ctypes.byref(length))
-        return law_in_c.view(address, length.value)
+        return dual_newton.array_of(self._c.mpc_array, self._law, name)
 
     def tick(self, q: float, qd: float) -> tuple[int, float]:
         """Return the status and the force."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import qpsolvers
 
-from controllers.qp import law_in_c
+from controllers.qp import dual_newton
 from sim_dart.core import library as core
 
 
@@ -36,9 +36,7 @@ class StageProgram:
         self._handle = self._c.stage_qp_open(stages, states, controls, address)
 
     def __getitem__(self, name: str) -> Any:
-        length = ctypes.c_size_t()
-        address = self._c.stage_qp_array(self._handle, name.encode(), ctypes.byref(length))
-        return law_in_c.view(address, length.value)
+        return dual_newton.array_of(self._c.stage_qp_array, self._handle, name)
 
     def solve(self, iterations: int = 60) -> int:
         status: int = self._c.stage_qp_solve(self._handle, iterations)
