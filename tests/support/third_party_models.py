@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from addin_sdfusion.robot import Robot
+
 URDF = """<?xml version="1.0"?>
 <robot name="arm">
   <mujoco><compiler meshdir="m" strippath="false"/><option gravity="0 0 -1.6"/></mujoco>
@@ -228,3 +232,17 @@ kp = 400.0
 kd = 40.0
 """
 """Experiment of the model P3.osim of OpenSim Moco, with muscles."""
+
+
+def without_ellipsoids(robot: Robot) -> Robot:
+    """Return a robot whose muscles do not wrap over ellipsoids.
+
+    Over ellipsoids, the moment arms of OpenSim are not the derivatives of its lengths.
+    """
+    ellipsoids = {s.name for s in robot.wrap_surfaces if s.shape == "ellipsoid"}
+    return robot.with_muscles(
+        [
+            replace(m, wraps=tuple(w for w in m.wraps if w.surface not in ellipsoids))
+            for m in robot.muscles
+        ]
+    )

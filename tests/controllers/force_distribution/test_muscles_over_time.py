@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from support.robots.robots import EXAMPLES
+from support.third_party_models import without_ellipsoids
 
 from addin_sdfusion.robot import Robot, read_robot
 from cardsflow_fmu.results.analysis.redundancy.over_time import optimise_activations
@@ -144,6 +146,22 @@ def test_fibres_have_exact_derivatives(kind: str) -> None:
     points[:, :, 1] = fibre
     np.testing.assert_allclose(own.fibres(points)[..., 4] / own.force, tension[..., 0], atol=1e-9)
     np.testing.assert_allclose(own.fibres(points)[..., 5] / own.force * slope, 1.0, atol=1e-7)
+
+
+def test_elastic_arm_needs_the_excitations_of_moco_inverse(shared: Path) -> None:
+    """OpenSim Moco 4.6, 25 intervals, tolerance 1e-5; its goal of auxiliary derivatives apart."""
+    arm = without_ellipsoids(read_robot(shared / "reference/moco/P3.osim"))
+    t = (np.arange(101)[:, None] + 0.5) / 101
+    q = [0.05, 0.6] + t**3 * (10.0 - 15.0 * t + 6.0 * t**2) * [0.1, 0.8]
+    qd = 30.0 * (t * (1.0 - t)) ** 2 * [0.1, 0.8]
+    qdd = 60.0 * t * (1.0 - t) * (1.0 - 2.0 * t) * [0.1, 0.8]
+    motion = Motion(t[:, 0], q, qd, qdd)
+    found = optimise_activations(with_parameters(arm, elastic_tendon=1.0), motion).trajectory
+    assert found is not None
+    assert found.cost == pytest.approx(0.8024681, rel=0.01)
+    middle = dict(zip((m.name for m in arm.muscles), found.excitations[50], strict=True))
+    for name, excitation in (("TRIlat", 0.40040), ("TRImed", 0.37446), ("BIClong", 0.56466)):
+        assert middle[name] == pytest.approx(excitation, rel=0.01)
 
 
 def test_two_synergists_share_a_constant_torque_in_closed_form() -> None:
