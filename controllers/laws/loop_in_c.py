@@ -7,7 +7,6 @@ from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from controllers.arrays import FloatArray
 from controllers.qp import dual_newton, law_in_c
@@ -68,10 +67,10 @@ def _library() -> ctypes.PyDLL:
     return loops
 
 
-class LoopInC:
+class LoopInC(law_in_c.NamedArrays):
     """Control loop in C for n coordinates, m actuators and r reference coordinates.
 
-    `loop[name]` is the array of this name in control_loop.h. It is a view of the memory in C.
+    `loop[name]` is the array of this name in control_loop.h.
     """
 
     def __init__(self, n: int, m: int, r: int, callbacks: LoopCallbacks) -> None:
@@ -92,29 +91,16 @@ class LoopInC:
             None,
         )
         self._law = _Law(None, None, _SOLVE(self._solve), _ERROR(self._error))
-        self.handle = _P(
-            loops.control_loop_open(ctypes.byref(self._robot), *sizes, self._memory.ctypes.data)
-        )
+        address = self._memory.ctypes.data
+        handle = loops.control_loop_open(ctypes.byref(self._robot), *sizes, address)
+        super().__init__(loops.control_loop_array, handle)
         loops.control_loop_set_law(self.handle, ctypes.byref(self._law))
-        self._arrays: dict[str, FloatArray] = {}
         self._views: dict[tuple[int, int], FloatArray] = {}
         self._q, self._qd, self._load = np.zeros(n), np.zeros(n), np.zeros(n)
         self._reference = np.zeros((3, r))
         inputs = self._q, self._qd, self._reference, self._load
         self._addresses = [values.ctypes.data for values in inputs]
         self._failure: BaseException | None = None
-
-    def __getitem__(self, name: str) -> FloatArray:
-        array = self._arrays.get(name)
-        if array is None:
-            array = dual_newton.array_of(self._library.control_loop_array, self.handle, name)
-            self._arrays[name] = array
-        return array
-
-    def write(self, **arrays: ArrayLike) -> None:
-        """Write arrays by name; numpy broadcasts the values."""
-        for name, values in arrays.items():
-            self[name][...] = values
 
     def tick(
         self, period: float, q: FloatArray, qd: FloatArray, reference: FloatArray, load: FloatArray

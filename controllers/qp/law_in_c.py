@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -56,35 +56,17 @@ def number_of(law: str) -> int:
     return number
 
 
-class LawInC:
-    """Control law in C for n coordinates, m actuators and k task coordinates.
+class NamedArrays:
+    """Arrays of a C object as views of its memory: `arrays[name]`."""
 
-    k is 0 for laws in joint space. `law[name]` is the array of this name in computed_torque.h. It
-    is a view of the memory in C.
-    """
-
-    def __init__(self, n: int, m: int, k: int = 0) -> None:
-        laws = library()
-        self._memory = np.zeros(-(-laws.computed_torque_size(n, m, k) // 8))
-        self._open(laws.computed_torque_open(n, m, k, self._memory.ctypes.data), n, m, k)
-
-    @classmethod
-    def at(cls, handle: int, n: int, m: int, k: int = 0) -> LawInC:
-        """Return the law of a handle; its memory must outlive the returned object."""
-        self = cls.__new__(cls)
-        self._open(handle, n, m, k)
-        return self
-
-    def _open(self, handle: int, n: int, m: int, k: int) -> None:
-        self._library, self.handle = library(), ctypes.c_void_p(handle)
-        self._shapes = {"M": (n, n), "L": (m, n), "J": (k, n)}
+    def __init__(self, find: Any, handle: int, **shapes: tuple[int, ...]) -> None:
+        self._find, self.handle, self._shapes = find, ctypes.c_void_p(handle), shapes
         self._arrays: dict[str, FloatArray] = {}
-        self._programs: dict[int, dual_newton.DualNewton] = {}
 
     def __getitem__(self, name: str) -> FloatArray:
         array = self._arrays.get(name)
         if array is None:
-            array = dual_newton.array_of(self._library.computed_torque_array, self.handle, name)
+            array = dual_newton.array_of(self._find, self.handle, name)
             self._arrays[name] = array = array.reshape(self._shapes.get(name, -1))
         return array
 
@@ -92,6 +74,21 @@ class LawInC:
         """Write arrays by name; numpy broadcasts the values, and None writes 0."""
         for name, values in arrays.items():
             self[name][...] = 0.0 if values is None else values
+
+
+class LawInC(NamedArrays):
+    """Control law in C for n coordinates, m actuators and k task coordinates.
+
+    k is 0 for laws in joint space. `law[name]` is the array of this name in computed_torque.h.
+    """
+
+    def __init__(self, n: int, m: int, k: int = 0) -> None:
+        laws = library()
+        self._memory = np.zeros(-(-laws.computed_torque_size(n, m, k) // 8))
+        handle = laws.computed_torque_open(n, m, k, self._memory.ctypes.data)
+        super().__init__(laws.computed_torque_array, handle, M=(n, n), L=(m, n), J=(k, n))
+        self._library = laws
+        self._programs: dict[int, dual_newton.DualNewton] = {}
 
     def reset(self) -> None:
         """Discard the results of previous calls."""

@@ -53,9 +53,6 @@ DUAL_NEWTON_API control_loop *control_loop_open(const control_robot *robot, int 
 /* Replace the law by a custom law. */
 DUAL_NEWTON_API void control_loop_set_law(control_loop *s, const control_law *law);
 
-/* Return the law of the loop, to set its gains, bounds and weights. */
-DUAL_NEWTON_API computed_torque *control_loop_law(control_loop *s);
-
 /* Return an array of the loop or of its law by name; NULL if it does not exist. The arrays of the loop are
 
      ki               r

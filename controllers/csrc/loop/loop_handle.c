@@ -35,11 +35,6 @@ void control_loop_set_law(control_loop *s, const control_law *law)
     s->custom = *law;
 }
 
-computed_torque *control_loop_law(control_loop *s)
-{
-    return s->law;
-}
-
 static size_t remembered(const control_loop *s)
 {
     return 3 * s->law->m + s->law->r + 4 * s->law->n + 1;

@@ -45,10 +45,3 @@ int stage_qp_iterate(stage_qp *s)
     s->steps++;
     return update_status(s);
 }
-
-int stage_qp_solve(stage_qp *s, int iterations)
-{
-    int status = stage_qp_begin(s);
-    while (status == STAGE_QP_NOT_CONVERGED && s->steps < iterations) status = stage_qp_iterate(s);
-    return status;
-}

@@ -42,11 +42,8 @@ CORE_API stage_qp *stage_qp_open(int stages, int states, int controls, void *mem
      v            t: start of the iterations, and solution */
 CORE_API real *stage_qp_array(stage_qp *s, const char *name, size_t *length);
 
-/* Solve the program in at most `iterations` iterations; return an enum stage_qp_status. */
-CORE_API int stage_qp_solve(stage_qp *s, int iterations);
-
-/* The same step by step, if the caller limits the time: begin at v, then iterate while the status is
-   STAGE_QP_NOT_CONVERGED. */
+/* Solve the program: begin at v, then iterate while the status is STAGE_QP_NOT_CONVERGED, up to a limit of the
+   caller. Return an enum stage_qp_status. */
 CORE_API int stage_qp_begin(stage_qp *s);
 CORE_API int stage_qp_iterate(stage_qp *s);
 

@@ -331,9 +331,7 @@ def test_loop_in_c_distributes_the_torque_of_a_callback() -> None:
             self.torque = ctypes.PYFUNCTYPE(ctypes.c_int, P, P, P, P, P, P, P)(torque)
             self.custom = (P * 4)(None, ctypes.cast(self.torque, P), None, None)
             library().control_loop_set_law(loop.handle, self.custom)
-            library().control_loop_law.restype = P
-            self.c = LawInC.at(library().control_loop_law(loop.handle), 2, 4)
-            self.c.write(H_f=1.0, f_min=robot.f_min, f_max=robot.f_max)
+            loop.write(H_f=1.0, f_min=robot.f_min, f_max=robot.f_max)
 
         def terms(self, q, qd):
             return robot.mass_matrix(q), bias_torque(robot, q, qd), robot.actuator_jacobian(q)

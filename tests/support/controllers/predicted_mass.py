@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from controllers.qp import dual_newton, law_in_c
+from controllers.qp import law_in_c
 
 NODES, PERIOD = 6, 0.01
 
@@ -39,7 +39,7 @@ def _intervals(_: Any, h: Any, x: Any, forces: Any, load: Any, ends: Any, deriva
     return 0
 
 
-class Law:
+class Law(law_in_c.NamedArrays):
     """Law of mpc.h for a mass of 1 kg, with forces of at most 5 N.
 
     Attributes:
@@ -64,17 +64,14 @@ class Law:
             _CLOCK(lambda _: clock()),
         )
         self._memory = np.zeros(c.mpc_size(1, 1, 0, NODES) // 8 + 1)
-        self._law = c.mpc_open(self._model, 1, 1, 0, NODES, self._memory.ctypes.data)
+        handle = c.mpc_open(self._model, 1, 1, 0, NODES, self._memory.ctypes.data)
+        super().__init__(c.mpc_array, handle)
         settings = {"horizon": 0.3, "period": PERIOD, "iterations": 50, "tolerance": 1e-10}
         settings |= {"tracking": 1e4, "tracking_rates": 2e2, "accelerations": 1.0}
         settings |= {"forces_cost": 1e-6, "deadline": deadline}
         settings |= {"f_min": -5.0, "f_max": 5.0, "first_min": -5.0, "first_max": 5.0}
         settings |= {"q_min": -np.inf, "q_max": np.inf, "qd_max": np.inf}
-        for name, value in settings.items():
-            self[name][:] = value
-
-    def __getitem__(self, name: str) -> Any:
-        return dual_newton.array_of(self._c.mpc_array, self._law, name)
+        self.write(**settings)
 
     def tick(self, q: float, qd: float) -> tuple[int, float]:
         """Return the status and the force."""
@@ -82,7 +79,7 @@ class Law:
         at, size = numbers.ctypes.data, numbers.itemsize
         zeros = [at + k * size for k in (2, 3)]
         status = self._c.mpc_solve(
-            self._law,
+            self.handle,
             at,
             at + size,
             self.reference.ctypes.data,

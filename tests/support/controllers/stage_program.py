@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import qpsolvers
 
-from controllers.qp import dual_newton
+from controllers.qp import law_in_c
 from sim_dart.core import library as core
 
 
@@ -19,11 +19,11 @@ def library() -> Any:
     c.stage_qp_open.argtypes, c.stage_qp_open.restype = [*[whole] * 3, pointer], pointer
     c.stage_qp_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(ctypes.c_size_t)]
     c.stage_qp_array.restype = pointer
-    c.stage_qp_solve.argtypes = [pointer, whole]
+    c.stage_qp_begin.argtypes = c.stage_qp_iterate.argtypes = [pointer]
     return c
 
 
-class StageProgram:
+class StageProgram(law_in_c.NamedArrays):
     """Handle of stage_qp.h; `program[name]` is one of its arrays."""
 
     def __init__(self, stages: int, states: int, controls: int) -> None:
@@ -33,13 +33,14 @@ class StageProgram:
         size = self._c.stage_qp_size(stages, states, controls)
         self._memory = np.zeros(-(-size // 8) + 1)
         address = self._memory.ctypes.data
-        self._handle = self._c.stage_qp_open(stages, states, controls, address)
-
-    def __getitem__(self, name: str) -> Any:
-        return dual_newton.array_of(self._c.stage_qp_array, self._handle, name)
+        handle = self._c.stage_qp_open(stages, states, controls, address)
+        super().__init__(self._c.stage_qp_array, handle)
 
     def solve(self, iterations: int = 60) -> int:
-        status: int = self._c.stage_qp_solve(self._handle, iterations)
+        status: int = self._c.stage_qp_begin(self.handle)
+        for _ in range(iterations):
+            if status == 1:  # not converged
+                status = self._c.stage_qp_iterate(self.handle)
         assert self._memory[-1] == 0.0, "the solver wrote behind its memory"
         return status
 
