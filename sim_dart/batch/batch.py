@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import (
-    CardsflowError,
     InputError,
     Robot,
     SimulationError,
@@ -269,7 +268,6 @@ class Batch:
             torques: Motor torques, as for `step`.
 
         Raises:
-            CardsflowError: This C core does not support derivatives.
             SimulationError: Instances diverge in this step.
         """
         self._set_inputs(commands, torques)
@@ -385,8 +383,6 @@ class Batch:
     def _derivative_memory(self) -> list[FloatArray]:
         if not self._scratch:
             size = batch_library().core_batch_derivatives_size(self._instances.address(0))
-            if not size:
-                raise CardsflowError("this C core does not support derivatives")
             self._scratch = [np.empty(-(-size // 8)) for _ in range(self._threads.count)]
         return self._scratch
 

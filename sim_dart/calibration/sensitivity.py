@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from addin_sdfusion.robot import CardsflowError, Robot
+from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import FloatArray, IntArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core, blob_reals, library
@@ -68,19 +68,12 @@ class Sensitivity:
 
     Args:
         robot: The robot. Its driven muscles are treated as ideal cables.
-
-    Raises:
-        CardsflowError: This core does not support derivatives.
     """
 
     def __init__(self, robot: Robot) -> None:
         self._core = Core(compile_blob(estimated_robot(robot)))
         self._c = _bound()
         size = self._c.core_sensitivity_size(self._core.handle)
-        if not size:
-            raise CardsflowError(
-                "this C core does not support derivatives, which calibration requires"
-            )
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
         self._bends = sum(map(bend_count, robot.muscles))
         self._memory = np.empty(-(-size // 8))

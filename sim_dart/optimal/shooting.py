@@ -67,10 +67,6 @@ class _Worker:
     def __init__(self, blob: bytes) -> None:
         self.core = Core(blob)
         size = _bound().core_shooting_size(self.core.handle)
-        if not size:
-            raise CardsflowError(
-                "this C core does not support derivatives, which optimal motions require"
-            )
         self._memory = np.empty(-(-size // 8))
         self.handle = ctypes.c_void_p(
             _bound().core_shooting_open(self.core.handle, self._memory.ctypes.data)
@@ -102,7 +98,7 @@ class Shooting:
         steps: Runge-Kutta steps in each interval.
 
     Raises:
-        CardsflowError: This core does not support derivatives, or the robot has cable friction.
+        CardsflowError: The robot has cable friction.
     """
 
     def __init__(

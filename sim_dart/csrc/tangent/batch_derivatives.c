@@ -67,19 +67,5 @@ void core_batch_derivatives(const void *memory, size_t stride, int32_t count, vo
 }
 
 #else
-
-size_t core_batch_derivatives_size(const core *plain)
-{
-    (void)plain;
-    return 0;
-}
-
-void core_batch_derivatives(const void *memory, size_t stride, int32_t count, void *scratch, const double *u,
-                            const double *extra, double h, int32_t steps, int32_t is_runge_kutta, int32_t directions,
-                            const int32_t *inputs, double *derivatives, int32_t *answers)
-{
-    (void)memory, (void)stride, (void)count, (void)scratch, (void)u, (void)extra, (void)h, (void)steps;
-    (void)is_runge_kutta, (void)directions, (void)inputs, (void)derivatives, (void)answers;
-}
-
+typedef int no_batch_derivatives; /* ISO C forbids empty translation units */
 #endif

@@ -1,12 +1,12 @@
-/* Derivatives of the steps of many instances of a robot; see ../batch/batch.h. */
+/* Derivatives of the steps of many instances of a robot; see ../batch/batch.h. They only exist if derivatives are
+   supported: see support.h. */
 #ifndef CARDSFLOW_BATCH_DERIVATIVES_H
 #define CARDSFLOW_BATCH_DERIVATIVES_H
 
 #include "../core.h"
 #include "support.h"
 
-/* Return the size of memory in bytes that core_batch_derivatives needs; 0 if derivatives are not supported: see
-   support.h. */
+/* Return the size of memory in bytes that core_batch_derivatives needs. */
 CORE_API size_t core_batch_derivatives_size(const core *plain);
 
 /* Compute the derivatives of core_batch_step, count x states x directions, without a step. The state is (q, qd,

@@ -128,33 +128,5 @@ int core_sensitivity_roll(core_sensitivity *s, const double *q, const double *qd
 }
 
 #else
-
-size_t core_sensitivity_numbers(const core *plain)
-{
-    (void)plain;
-    return 0;
-}
-
-size_t core_sensitivity_size(const core *plain)
-{
-    (void)plain;
-    return 0;
-}
-
-core_sensitivity *core_sensitivity_open(const core *plain, void *memory)
-{
-    (void)plain, (void)memory;
-    return NULL;
-}
-
-int core_sensitivity_roll(core_sensitivity *s, const double *q, const double *qd, int32_t rows, int32_t steps,
-                          double h, const double *commands, const double *torques, int32_t directions,
-                          const double *robot_changes, const double *command_changes,
-                          const int32_t *commanded, double *readings, double *derivatives)
-{
-    (void)s, (void)q, (void)qd, (void)rows, (void)steps, (void)h, (void)commands, (void)torques, (void)directions;
-    (void)robot_changes, (void)command_changes, (void)commanded, (void)readings, (void)derivatives;
-    return 1;
-}
-
+typedef int no_sensitivity; /* ISO C forbids empty translation units */
 #endif

@@ -1,4 +1,5 @@
-/* Roll-outs with their derivatives by the numbers of the robot and by the start state, for calibration. */
+/* Roll-outs with their derivatives by the numbers of the robot and by the start state, for calibration. They only
+   exist if derivatives are supported: see support.h. */
 #ifndef CARDSFLOW_SENSITIVITY_H
 #define CARDSFLOW_SENSITIVITY_H
 
@@ -10,11 +11,10 @@ typedef struct core_sensitivity core_sensitivity;
 /* Return the number of reals in the blob of the robot, in the order of its fields. */
 CORE_API size_t core_sensitivity_numbers(const core *plain);
 
-/* Return the size of memory in bytes for a robot; 0 if derivatives are not supported: see support.h. */
+/* Return the size of memory in bytes for a robot. */
 CORE_API size_t core_sensitivity_size(const core *plain);
 
-/* Create a handle in `memory`, which is 8-byte aligned; see core_tangent_open. Return NULL if derivatives
-   are not supported. */
+/* Create a handle in `memory`, which is 8-byte aligned; see core_tangent_open. */
 CORE_API core_sensitivity *core_sensitivity_open(const core *plain, void *memory);
 
 /* Simulate from q and qd through `rows` measurements, with `steps` steps of h between measurements, constant

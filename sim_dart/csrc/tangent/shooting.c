@@ -282,18 +282,4 @@ int core_shooting_run(core_shooting *s, int32_t count, int32_t steps, const doub
     return 1;
 }
 
-int core_shooting_rates(core_shooting *s, int32_t count, const double *states, const double *controls, double *rates,
-                        double *tensions)
-{
-    (void)s, (void)count, (void)states, (void)controls, (void)rates, (void)tensions;
-    return 1;
-}
-
-int core_shooting_along(core_shooting *s, int32_t count, int32_t steps, const double *h, const double *starts,
-                        const double *controls, const double *robot_changes, double *derivatives)
-{
-    (void)s, (void)count, (void)steps, (void)h, (void)starts, (void)controls, (void)robot_changes, (void)derivatives;
-    return 1;
-}
-
 #endif

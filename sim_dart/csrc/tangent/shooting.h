@@ -26,7 +26,8 @@ CORE_API int core_shooting_run(core_shooting *s, int32_t count, int32_t steps, c
                                double *derivatives);
 
 /* Compute the time derivatives, count x states, and the tensions of all muscles, count x muscles, at states with
-   their controls. Return 0, or 1 + the index of a state that is not finite. */
+   their controls. This function and the next one only exist if derivatives are supported. Return 0, or 1 + the index
+   of a state that is not finite. */
 CORE_API int core_shooting_rates(core_shooting *s, int32_t count, const double *states, const double *controls,
                                  double *rates, double *tensions);
 
