@@ -138,12 +138,6 @@ def require_positive(**values: float) -> None:
             raise InputError(f"{name} must be positive and finite, not {value!r}")
 
 
-def require_period(period: float) -> None:
-    """Raise InputError for a sampling period, in [s], that is not positive and finite."""
-    if not (is_finite(period) and period > 0):
-        raise InputError(f"period must be a positive time in s, not {period!r}")
-
-
 def require_delay(delay: int) -> None:
     """Raise InputError for a delay that is not 0 or 1 ticks."""
     if delay not in (0, 1):
@@ -161,10 +155,3 @@ def check_sizes(names: Sequence[str], **vectors: ArrayLike | None) -> None:
             raise InputError(
                 f"{symbol} has shape {np.shape(vector)}, not ({len(names)},): {', '.join(names)}"
             )
-
-
-def positive_or_none(name: str, value: float | None, unit: str) -> float | None:
-    """Check and return a positive, finite number in `unit`, or None; InputError for others."""
-    if value is not None and not (is_finite(value) and value > 0):
-        raise InputError(f"{name} must be positive, in {unit}, or None: {value!r}")
-    return value

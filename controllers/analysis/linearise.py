@@ -22,7 +22,7 @@ from scipy.linalg import expm
 from addin_sdfusion.robot import InputError, SimulationError
 from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics, acceleration, actuator_names
-from controllers.validation import finite_vector, require_delay, require_period
+from controllers.validation import finite_vector, require_delay, require_positive
 
 Controller = Callable[[FloatArray, FloatArray], FloatArray]
 """Function of q and qd that returns the forces, shape (m,), at a constant reference."""
@@ -63,7 +63,7 @@ class LinearRobot:
         Raises:
             InputError: The period is not positive and finite.
         """
-        require_period(period)
+        require_positive(period=period)
         size, m = self.B.shape
         block = np.zeros((size + m, size + m))
         block[:size, :size], block[:size, size:] = self.A, self.B

@@ -25,7 +25,7 @@ from controllers.validation import (
     is_finite,
     named_vector,
     require_delay,
-    require_period,
+    require_positive,
     smallest_forces,
 )
 
@@ -103,7 +103,7 @@ class ControlLoop:
         Raises:
             InputError: The period is not positive and finite.
         """
-        require_period(period)
+        require_positive(period=period)
         self._period = period
         self._loop.write(gain=1.0 - math.exp(-self._observer * period))
 

@@ -36,7 +36,7 @@ from controllers.validation import (
     float_array,
     force_bounds,
     named_vector,
-    positive_or_none,
+    require_positive,
 )
 
 if TYPE_CHECKING:
@@ -142,6 +142,8 @@ class OperationalSpaceController:
         self.set_gains(kp, kd)
         self.set_bounds(dynamics.f_min, dynamics.f_max)
         self._set_posture(posture)
+        if limit_bandwidth is not None:
+            require_positive(limit_bandwidth=limit_bandwidth)
         f_p = 0.0 if pretension is None else pretension
         self._law.write(
             W=named_vector("task_weights", task_weights, tasks, above=0.0, infinite=True),
@@ -150,7 +152,7 @@ class OperationalSpaceController:
             H_f=named_vector("force_weights", force_weights, actuators, above=0.0),
             H_r=named_vector("force_rate_weights", force_rate_weights, actuators),
             f_p=named_vector("pretension", f_p, actuators, upper=MAX_PRETENSION),
-            limit_bandwidth=positive_or_none("limit_bandwidth", limit_bandwidth, "rad/s"),
+            limit_bandwidth=limit_bandwidth,
         )
         self.reset()
 

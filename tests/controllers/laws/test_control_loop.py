@@ -154,7 +154,7 @@ def test_restored_state_repeats_the_ticks() -> None:
         ({"ki": [1.0, 2.0]}, "ki must be a number or 3 numbers"),
         ({"observer": -1.0}, "observer must be a finite bandwidth in rad/s"),
         ({"delay": 2}, "delay must be 0 or 1 ticks, not 2"),
-        ({"period": 0.0}, "period must be a positive time"),
+        ({"period": 0.0}, "period must be positive"),
     ],
 )
 def test_wrong_settings_raise_an_error(settings, message) -> None:
