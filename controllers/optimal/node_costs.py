@@ -9,6 +9,8 @@ import numpy as np
 
 from controllers.arrays import FloatArray, IntArray
 
+from .convexity import positive_part
+
 _STEP = 1e-4  # of finite differences of gradients
 
 
@@ -87,7 +89,6 @@ def function_cost(
             moved = x.copy()
             moved[:, k] += _STEP
             H[:, k] = (gradient(moved) - at) / _STEP
-        sizes, axes = np.linalg.eigh(0.5 * (H + H.transpose(0, 2, 1)))
-        return np.asarray((axes * np.maximum(sizes, 0.0)[:, None, :]) @ axes.transpose(0, 2, 1))
+        return positive_part(0.5 * (H + H.transpose(0, 2, 1)))
 
     return NodeCost(nodes, is_integral, value, gradient, hessian)

@@ -15,8 +15,7 @@ from controllers.arrays import FloatArray
 from .convexity import Program
 from .lagrangian import DynamicsHessian
 from .problem import Iterate, OptimalProblem
-from .qp import QpSolution, QpSolver, QuadraticProgram
-from .relaxation import solve_relaxed
+from .qp import QpSolution, QpSolver
 from .transcription import Linearisation, Transcription
 
 OPTIMAL, NEARLY_OPTIMAL, INFEASIBLE, NOT_CONVERGED, INTERRUPTED = STATUSES = (
@@ -40,7 +39,6 @@ _DAMPING, _DAMPING_FREE_TIME = 1e-8, 1e-2  # first damping; a duration has no He
 _LESS_POSITIVE, _MIN_POSITIVE = 0.5, 1e-3  # factor after a good step, and smallest value
 _CORRECTION = 1e3  # damping of a step that reduces the violation at almost the same motion
 _LAST_DAMPING, _LAST_STEPS = 1e6, 4  # damping and number of such steps after the last iteration
-_PENALTY = 10.0  # of a relaxed constraint, relative to the largest gradient
 _GOOD = 0.3  # factor of the violation, for much less damping
 _FREE_STEPS = 3  # first steps, which may increase cost and violation
 _MAX_VIOLATION = 1e3  # of these steps, relative to the violation of the guess plus 1
@@ -372,7 +370,7 @@ class Optimiser:
         solution = self._solver.solve(program.qp)
         if solution.is_solved:
             return _Step(program, solution, False)
-        return _Step(program, self._relaxed(program.qp), True)
+        return _Step(program, self.transcription.solve_relaxed(program.qp), True)
 
     def _correction(self, state: _State, best: _Step) -> tuple[_Step, bool]:
         """Return a step to the nearest motion without violation, and whether that is optimal."""
@@ -380,13 +378,6 @@ class Optimiser:
         loss = self._relative(state, qp.value(step.solution.d) - qp.value(best.solution.d))
         is_optimal = loss < self._tolerance and state.damping <= _LARGE_DAMPING
         return step, is_optimal and not step.is_relaxed
-
-    def _relaxed(self, program: QuadraticProgram) -> QpSolution:
-        transcription = self.transcription
-        soft = np.zeros(transcription.size, dtype=bool)
-        soft[transcription.state_indices] = True
-        weight = _PENALTY * max(float(abs(program.g).max()), 1.0)
-        return solve_relaxed(program, transcription.hard_rows, soft, weight)
 
     def _is_small(self, state: _State, step: _Step) -> bool:
         """Return whether a step promises a small decrease of the Lagrangian."""
@@ -400,10 +391,6 @@ class Optimiser:
         terms, cost = state.linearised.terms, abs(state.linearised.cost)
         return abs(change) * self.transcription.cost_scale(terms) / max(cost, 1e-12)
 
-    def _slope(self, state: _State, step: FloatArray) -> float:
-        """Return the change of the cost along a step."""
-        return float(self.transcription.gradient(state.at, state.linearised.terms) @ step)
-
     def _search(
         self, state: _State, step: FloatArray, is_relaxed: bool
     ) -> tuple[Iterate | None, float, Linearisation | None]:
@@ -414,7 +401,8 @@ class Optimiser:
         """
         transcription, current = self.transcription, state.linearised
         theta = transcription.violation(state.at, current)
-        slope, less = self._slope(state, step), current.cost - _MARGIN * theta * abs(current.cost)
+        slope = float(transcription.gradient(state.at, current.terms) @ step)
+        less = current.cost - _MARGIN * theta * abs(current.cost)
         for share in _SHARES.tolist():
             moved = transcription.move(state.at, step, share)
             linearised = None

@@ -14,10 +14,12 @@ from .costs import CostTerms
 from .linear import LinearConstraint
 from .problem import IntervalResult, Iterate, NodeConstraint, OptimalProblem, excess
 from .qp import QpSolution, QuadraticProgram
+from .relaxation import solve_relaxed
 from .sparse_pattern import SparsePattern
 from .stages import StageHessian
 
 _MAX_DURATION_CHANGE = 0.5  # per iteration, relative
+_PENALTY = 10.0  # of a relaxed constraint, relative to the largest gradient
 _FIXED = 1e3  # curvature of fixed values, which does not change the solution
 
 
@@ -281,19 +283,17 @@ class Transcription:
             lb[-1], ub[-1] = max(lb[-1], -reach), min(ub[-1], reach)
         return lb / self.scale, ub / self.scale
 
-    @property
-    def state_indices(self) -> IntArray:
-        """Indices of the states among the variables, shape (N + 1, nx)."""
-        return self._x
-
     def globals_of(self, d: FloatArray) -> FloatArray:
         """Return the scaled free parameters and duration among variables, shape (ng,)."""
         return d[self._g]
 
-    @property
-    def hard_rows(self) -> int:
-        """Number of equalities of the dynamics and of the start, which come first."""
-        return int(self._N * self._nx + self._fixed[0].sum())
+    def solve_relaxed(self, qp: QuadraticProgram) -> QpSolution:
+        """Solve a program in which all but dynamics, start and controls may be violated."""
+        soft = np.zeros(self.size, dtype=bool)
+        soft[self._x] = True
+        hard_rows = int(self._N * self._nx + self._fixed[0].sum())
+        weight = _PENALTY * max(float(abs(qp.g).max()), 1.0)
+        return solve_relaxed(qp, hard_rows, soft, weight)
 
     def cost_scale(self, terms: CostTerms) -> float:
         """Return the size of the Hessian, or of the gradient by the duration, per interval."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from addin_sdfusion.robot import CardsflowError, InputError, Robot
+from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.checks.check import require_valid
 from sim_dart.core.arrays import FloatArray, vector
 from sim_dart.core.blob import compile_blob
@@ -230,10 +230,6 @@ class PoseEstimator:
 
     def _use_exact_transition(self) -> None:
         size = self._c.core_transition_size(self._core.handle)
-        if not size:
-            raise CardsflowError(
-                "this C core does not support derivatives; set exact_transition = false"
-            )
         self._transition = np.empty(-(-size // 8))
         handle = self._c.core_transition_open(self._core.handle, self._transition.ctypes.data)
         function = ctypes.cast(self._c.core_transition_fill, ctypes.c_void_p)

@@ -29,8 +29,7 @@ const stage_table *runge_kutta_stages(const core *c, real h)
     return c->has_fibres && value_of(h) > 0 ? &IMPLICIT_FIBRES : &CLASSICAL;
 }
 
-/* Store the state, or its rates. */
-static void store(const core *c, const real *q, const real *qd, const real *states, real *to)
+void runge_kutta_store(const core *c, const real *q, const real *qd, const real *states, real *to)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
     memcpy(to, q, dofs * sizeof(real));
@@ -79,12 +78,12 @@ static int one_step(core *c, const real *u, const real *extra, real h, stage_obs
 {
     const stage_table *table = runge_kutta_stages(c, h);
     const size_t numbers = state_size(c);
-    store(c, c->q, c->qd, c->law_states, c->before);
+    runge_kutta_store(c, c->q, c->qd, c->law_states, c->before);
     c->is_settling = table == &IMPLICIT_FIBRES;
     for (int stage = 0; stage < 4; stage++) {
         const int wrong = state_rates_evaluate(c, u, extra);
         if (wrong) return -wrong;
-        store(c, c->qd, c->qdd, c->law_rates, c->stage_rates + (size_t)stage * numbers);
+        runge_kutta_store(c, c->qd, c->qdd, c->law_rates, c->stage_rates + (size_t)stage * numbers);
         state_rates_add_work(c, table->explicit_weights[4][stage] * h);
         if (observe) observe(observer, stage, h);
         const int bad = move_to(c, table, stage + 1, h);

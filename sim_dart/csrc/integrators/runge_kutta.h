@@ -11,6 +11,9 @@ typedef struct {
     constant explicit_weights[5][4], implicit_weights[5][4];
 } stage_table;
 
+/* Store the state, or its rates. */
+CORE_INSIDE void runge_kutta_store(const core *c, const real *q, const real *qd, const real *states, real *to);
+
 /* Return the table of a step of h. */
 CORE_INSIDE const stage_table *runge_kutta_stages(const core *c, real h);
 

@@ -181,21 +181,13 @@ static int move_to(const core_shooting *s, const double *state)
     return core_move_checked(c, c->q, c->qd);
 }
 
-/* Store q, qd and law_states, or their rates. */
-static void store(const core_shooting *s, const double *q, const double *qd, const double *states, double *to)
-{
-    memcpy(to, q, s->n * sizeof(double));
-    memcpy(to + s->n, qd, s->n * sizeof(double));
-    memcpy(to + 2 * s->n, states, (s->width - 2 * s->n) * sizeof(double));
-}
-
 /* Simulate an interval. */
 static int simulate(core_shooting *s, int32_t steps, double h, const double *start, double *end)
 {
     core *c = s->plain;
     if (move_to(s, start)) return 1;
     if (runge_kutta_observed(c, s->controls, s->controls + s->m, h, steps, s->across ? follow : NULL, s)) return 1;
-    store(s, c->q, c->qd, c->law_states, end);
+    runge_kutta_store(c, c->q, c->qd, c->law_states, end);
     return 0;
 }
 
@@ -221,7 +213,7 @@ int core_shooting_rates(core_shooting *s, int32_t count, const double *states, c
         if (move_to(s, states + (size_t)k * s->width)) return 1 + k;
         if (!c->has_laws && core_drive(c, c->qd, u)) return 1 + k; /* core_derivative then needs no tensions */
         if (core_derivative(c, u, u + s->m)) return 1 + k;
-        store(s, c->qd, c->qdd, c->law_rates, rates + (size_t)k * s->width);
+        runge_kutta_store(c, c->qd, c->qdd, c->law_rates, rates + (size_t)k * s->width);
         memcpy(tensions + (size_t)k * s->m, c->tensions, s->m * sizeof(double));
     }
     return 0;
