@@ -173,7 +173,7 @@ def _optimise(options: argparse.Namespace) -> int:
     warnings = list(motion.warnings)
     print_files(files, options.json, status=solution.status, warnings=warnings, **numbers)
     if not options.json:
-        print(f"next        {shlex.join(_next_command(options, files))}")
+        print(f"next        {shlex.join(_next_command(options, files, motion))}")
     return FAILED if motion.warnings else GOOD
 
 
@@ -203,14 +203,18 @@ def _write_report(options: argparse.Namespace, motion: OptimisedMotion) -> Path:
     return write_motion_report(motion, experiment, options.html, overwrite=options.overwrite)
 
 
-def _next_command(options: argparse.Namespace, files: Sequence[Path]) -> list[str]:
-    """Return the command that simulates the motion."""
+def _next_command(
+    options: argparse.Namespace, files: Sequence[Path], motion: OptimisedMotion
+) -> list[str]:
+    """Return the command that simulates the motion; with loops, the controller of the file."""
     from cardsflow_fmu.experiment.reader import follows_motion
 
     if files[-1].suffix == ".json":
         return ["cardsflow", "run", str(files[-1])]
     file = "" if options.output is None else f", file={json_text(str(files[0].resolve()))}"
-    settings = [f'reference={{type="optimised"{file}}}', 'controller={type="trajectory_feedback"}']
+    settings = [f'reference={{type="optimised"{file}}}']
+    if not motion.problem.dynamics.robot.loops:
+        settings.append('controller={type="trajectory_feedback"}')
     if not file and follows_motion(options.experiment, parse_settings(options.set)):
         settings = []
     options_given = [word for setting in (options.set or []) for word in ("--set", setting)]

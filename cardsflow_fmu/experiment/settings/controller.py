@@ -192,7 +192,7 @@ class ControllerSettings(Table):
     @model_validator(mode="after")
     def _check_feedback(self) -> Self:
         if self.type == FEEDBACK:
-            self.require_only(_FEEDBACK_KEYS)
+            self.require_only((*_FEEDBACK_KEYS, "dependent"))
         elif self.gains is not None and not self.feedforward:
             problem = f"requires controller.type = {FEEDBACK!r} or controller.feedforward = true"
             raise SettingError(problem, key="gains")
@@ -223,7 +223,7 @@ class ControllerSettings(Table):
             raise SettingError(problem, key="norm")
         closing = (*JOINT_ACCELERATION, *OPERATIONAL)
         if any(self.dependent) and self.type is not None and self.type not in closing:
-            laws = " or ".join(map(repr, closing))
+            laws = " or ".join(repr(name) for name in closing if name != MPC)
             problem = f"must be {laws} for a robot with closed loops, not {self.type!r}"
             raise SettingError(problem, key="type")
         return self

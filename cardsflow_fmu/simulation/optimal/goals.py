@@ -23,6 +23,7 @@ from .loops import advances, dependent
 from .muscles import require_order, state_ranges
 from .tasks import StateRows, TaskRates, TaskRows
 
+_NO_LIMIT = 1e6  # size of limits of positions that files use for none, in [rad] or [m]
 _WHOLE = 1e-6  # deviation of a time from a node, relative to an interval
 
 
@@ -32,6 +33,7 @@ def state_bounds(
     """Return the bounds of the states at the nodes, shape (N + 1, nx)."""
     bounds = motion.bounds
     low, high = override(dynamics.q_min, bounds.q_min), override(dynamics.q_max, bounds.q_max)
+    low[low <= -_NO_LIMIT], high[high >= _NO_LIMIT] = -np.inf, np.inf
     for k, name in enumerate(dynamics.coordinate_names):
         require_order(experiment, f"q_max.{name}", low[k], high[k])
     speed = override(np.full(shooting.n, np.inf), bounds.qd_max)

@@ -15,6 +15,7 @@ from controllers.analysis.inverse_dynamics import Motion
 from controllers.optimal.problem import Iterate
 
 from .feedback import control_signals
+from .loops import closed_along
 from .problem import MotionProblem
 
 PARAMETER = "cardsflow.parameter_"
@@ -35,6 +36,10 @@ def smooth_guess(setup: MotionProblem) -> Iterate:
             x[a : b + 1, j] = start + (end - start) * _blend(np.linspace(0.0, 1.0, b - a + 1))
             x[b:, j] = end
     if np.array_equal(x, rest.x):
+        return rest
+    try:
+        x[:, :n] = closed_along(setup.controls.dynamics, x[:, :n])
+    except InputError:
         return rest
     x[:, n : 2 * n] = np.gradient(x[:, :n], h, axis=0)
     x[fixed] = problem.x_low[fixed]

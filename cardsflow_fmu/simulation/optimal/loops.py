@@ -60,23 +60,34 @@ def advances(experiment: Experiment, motion: MotionTable) -> FloatArray:
     return np.where(np.isnan(advance) & flags, 0.0, advance)
 
 
+def closed_along(dynamics: CoreDynamics, q: FloatArray) -> FloatArray:
+    """Return poses with closed loops, each near the pose before; q has shape (k, n).
+
+    Raises:
+        InputError: The loops cannot be closed.
+    """
+    closed = q.copy()
+    for k in range(1, len(q)):
+        closed[k, dynamics.dependent] = closed[k - 1, dynamics.dependent]
+        closed[k] = dynamics.closed(closed[k])
+    return closed
+
+
 def constant_speed(
-    advance: FloatArray, N: int, loops: CoreDynamics | None, q: FloatArray, duration: float
+    advance: FloatArray, N: int, dynamics: CoreDynamics, q: FloatArray, duration: float
 ) -> FloatArray:
     """Return q and qd at the nodes of a periodic motion at constant speed, shape (N + 1, 2 n).
 
     Args:
         advance: Advances of the coordinates, shape (n,).
         N: Number of intervals.
-        loops: From `closing`.
+        dynamics: The robot, with the loops of `closing`.
         q: Start, shape (n,).
         duration: Duration, in [s].
     """
     rows = q + np.linspace(0.0, 1.0, N + 1)[:, None] * advance
-    if loops is None:
+    if not dynamics.dependent.any():
         return np.hstack([rows, np.tile(advance / duration, (N + 1, 1))])
-    for k in range(1, N + 1):
-        rows[k, loops.dependent] = rows[k - 1, loops.dependent]
-        rows[k] = loops.closed(rows[k])
+    rows = closed_along(dynamics, rows)
     wrapped = np.vstack([rows[-2] - advance, rows, rows[1] + advance])
     return np.hstack([rows, (wrapped[2:] - wrapped[:-2]) * (0.5 * N / duration)])

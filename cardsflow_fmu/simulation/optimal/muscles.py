@@ -64,13 +64,16 @@ class MotionControls:
     smallest acceleration error.
 
     Args:
-        dynamics: The robot.
+        dynamics: The robot; with loops, in independent coordinates.
         shooting: Its motion over intervals.
         bounds: From `control_bounds`.
+
+    Attributes:
+        dynamics: The robot.
     """
 
     def __init__(self, dynamics: CoreDynamics, shooting: Shooting, bounds: Bounds) -> None:
-        self._dynamics, self._shooting, self._bounds = dynamics, shooting, bounds
+        self.dynamics, self._shooting, self._bounds = dynamics, shooting, bounds
         self._driven, modelled = actuators(dynamics, shooting), shooting.laws.modelled
         self._limits = np.array([dynamics.f_min, dynamics.f_max])
         motors = np.ones(self._limits.shape[1] - dynamics.m, bool)
@@ -94,15 +97,15 @@ class MotionControls:
         self, motion: Motion, commands: tuple[float, ...] = ()
     ) -> tuple[FloatArray, FloatArray]:
         """Return the controls and states at the points of a motion, shapes (T, nu) and (T, ...)."""
-        terms, pairs = motion_terms(self._dynamics, motion), []
-        m, laws, shooting = self._dynamics.m, self._shooting.laws, self._shooting
+        terms, pairs = motion_terms(self.dynamics, motion), []
+        m, laws, shooting = self.dynamics.m, self._shooting.laws, self._shooting
         for q, L, tau in zip(motion.q, terms.L, terms.tau, strict=True):
             reach = self._limits.copy()
             shooting.start(q, np.zeros(m))  # moves the core to the pose
             if laws.modelled.any():  # as at the start of a run: tensions that the laws reach
                 reach[:, :m] = np.maximum(np.clip(reach[:, :m], *laws.resting_reach()), 0.0)
             distribution = ForceDistribution(*reach, motors=terms.motors)
-            forces = distribution.solve(L, tau, self._dynamics.mass_matrix(q)).forces
+            forces = distribution.solve(L, tau, self.dynamics.mass_matrix(q)).forces
             u_of_muscles = override(laws.resting_commands(forces[:m]), commands)
             u = np.concatenate([u_of_muscles, forces[m:]])[self._driven]
             pairs.append((np.clip(u, *self._bounds), shooting.start(q, u_of_muscles)))

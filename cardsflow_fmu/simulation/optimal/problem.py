@@ -132,10 +132,10 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
     if not shooting.nu:
         raise InputError("requires muscles or motors", file=experiment.file, key="motion")
     bounds = control_bounds(experiment, motion, dynamics, shooting)
-    loops = closing(experiment, robot)
+    closing_dynamics = closing(experiment, robot) or dynamics
     require_independent(experiment, motion, dynamics.coordinate_names)
     q = np.array(experiment.start.q)
-    controls = MotionControls(loops or dynamics, shooting, bounds)
+    controls = MotionControls(closing_dynamics, shooting, bounds)
     resting, states = controls.at_rest(q, motion.start_command)
     start = np.array([*q, *experiment.start.qd, *states])
     x_low, x_high = state_bounds(experiment, motion, dynamics, shooting)
@@ -172,7 +172,7 @@ def motion_problem(experiment: Experiment) -> MotionProblem:
     x = np.tile(start, (N + 1, 1))
     if motion.periodic:
         advance = np.nan_to_num(advances(experiment, motion))
-        x[:, : 2 * shooting.n] = constant_speed(advance, N, loops, q, duration)
+        x[:, : 2 * shooting.n] = constant_speed(advance, N, closing_dynamics, q, duration)
     guess = Iterate(x, np.tile(resting, (N, 1)), duration)
     if free is not None:
         problem = replace(problem, parameters=free.parameters)

@@ -10,9 +10,12 @@ from scipy.optimize import minimize
 from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES
 
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.simulation.optimal.guess import smooth_guess
 from cardsflow_fmu.simulation.optimal.loops import closing
 from cardsflow_fmu.simulation.optimal.optimise import load_for_motion, optimise
+from cardsflow_fmu.simulation.optimal.problem import motion_problem
 
 BICYCLE = EXAMPLES / "bicycle"
 TURN, HARMONICS, TIMES, POSES = 2.0 * np.pi, 8, 72, 90
@@ -76,6 +79,21 @@ def test_pedalling_costs_as_much_as_the_best_motion_of_the_crank() -> None:
     np.testing.assert_allclose(x[-1], x[0] + TURN * np.eye(10)[0], atol=1e-6)
 
 
+def test_guess_and_motion_to_a_goal_close_the_loops() -> None:
+    """A joint limit of 3e15 rad, as in files of robots, is none."""
+    settings = {"motion.goals": [{"q": {"crank": 0.4}}], "motion.duration": 0.5}
+    settings |= {"motion.periodic": {}, "motion.intervals": 8, "motion.bounds.q_max": 3e15}
+    experiment = load_for_motion(BICYCLE, settings)
+    guess, own = smooth_guess(motion_problem(experiment)), closing(experiment, experiment.robot)
+    assert own is not None
+    motion = optimise(experiment)
+    assert motion.solution.status == "optimal"
+    for x in (guess.x, motion.solution.iterate.x):
+        assert max(own.remaining_gap(row[:5]) for row in x) < 1e-6
+        assert x[-1, 0] == pytest.approx(0.4)
+    assert abs(motion.solution.iterate.x[-1, 5:]).max() < 1e-6
+
+
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
@@ -88,3 +106,10 @@ def test_coordinates_of_loops_are_rejected(
 ) -> None:
     line = CommandLine(capsys).error_line("optimise", BICYCLE, "-q", "--set", setting)
     assert f"motion.{message}" in line
+
+
+def test_feedback_along_a_motion_rejects_loops() -> None:
+    """It would need gains of independent coordinates."""
+    settings = {"controller": {"type": "trajectory_feedback"}}
+    with pytest.raises(InputError, match="closed loops, not 'trajectory_feedback'"):
+        Experiment.load(BICYCLE, settings | {"reference": {"type": "rest"}})
