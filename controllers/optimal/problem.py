@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -113,9 +113,7 @@ class NodeConstraint:
     shares: FloatArray | None = None
 
 
-def _no_parameters() -> Parameters:
-    none = NO_PARAMETERS
-    return Parameters(none, none, none, none, ())
+_NO_FREE_PARAMETERS = Parameters(NO_PARAMETERS, NO_PARAMETERS, NO_PARAMETERS, NO_PARAMETERS, ())
 
 
 class Iterate(NamedTuple):
@@ -161,7 +159,7 @@ class OptimalProblem:
     constraints: Sequence[NodeConstraint] = ()
     state_names: tuple[str, ...] = ()
     control_names: tuple[str, ...] = ()
-    parameters: Parameters = field(default_factory=_no_parameters)
+    parameters: Parameters = _NO_FREE_PARAMETERS
     linear: Sequence[LinearConstraint] = ()
 
     @property

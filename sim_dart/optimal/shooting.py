@@ -26,14 +26,9 @@ _MIN_SHARED = 16  # intervals; fewer are simulated in one thread
 
 
 class Intervals(NamedTuple):
-    """Ends of k intervals and their derivatives.
+    """Ends of k intervals and their derivatives; see `controllers.optimal.problem.IntervalResult`.
 
-    Attributes:
-        ends: States at the ends, shape (k, nx).
-        A: Derivatives by the states at the starts, shape (k, nx, nx).
-        B: Derivatives by the controls, shape (k, nx, nu).
-        c: Derivatives by the lengths of the intervals, shape (k, nx), in [1/s].
-        D: Derivatives by the parameters, shape (k, nx, np).
+    The derivatives by the lengths are in [1/s].
     """
 
     ends: FloatArray
@@ -59,18 +54,6 @@ def _bound() -> Any:
         *(pointer, count, count, pointer, pointer, pointer, pointer, pointer)
     ]
     return core
-
-
-class _Worker:
-    """Handles of the core for one thread."""
-
-    def __init__(self, blob: bytes) -> None:
-        self.core = Core(blob)
-        size = _bound().core_shooting_size(self.core.handle)
-        self._memory = np.empty(-(-size // 8))
-        self.handle = ctypes.c_void_p(
-            _bound().core_shooting_open(self.core.handle, self._memory.ctypes.data)
-        )
 
 
 class Shooting:
@@ -131,8 +114,13 @@ class Shooting:
         """Create the handles of the core for the current parameters."""
         numbers = self._numbers
         blob = compile_blob(self._robot) if numbers is None else numbers.blob(self._parameters)
-        self._workers = [_Worker(blob) for _ in range(self._threads.count)]
-        self._core = self._workers[0].core
+        self._cores = [Core(blob) for _ in range(self._threads.count)]
+        self._core = self._cores[0]
+        numbers = -(-_bound().core_shooting_size(self._core.handle) // 8)
+        self._memory = np.empty((len(self._cores), numbers))
+        pairs = zip(self._cores, self._memory, strict=True)
+        opened = [_bound().core_shooting_open(c.handle, row.ctypes.data) for c, row in pairs]
+        self._handles = [ctypes.c_void_p(handle) for handle in opened]
         self.laws = MuscleLaws(self._robot, self._core)
 
     def use(self, parameters: FloatArray) -> None:
@@ -253,8 +241,7 @@ class Shooting:
 
         def run(worker: int, part: slice) -> None:
             data = [a[part].ctypes.data if isinstance(a, np.ndarray) else a for a in arguments]
-            handle = self._workers[worker].handle
-            failures.append(function(handle, part.stop - part.start, *data))
+            failures.append(function(self._handles[worker], part.stop - part.start, *data))
 
         self._threads.share(run, count, is_small=count < _MIN_SHARED)
         return not any(failures)
