@@ -187,14 +187,9 @@ class Shooting:
         return self.laws.states.copy()
 
     def rates(self, x: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the time derivatives of states, shape (k, nx), and the tensions of all muscles.
+        """Return the time derivatives of states, shape (k, nx), and tensions, shape (k, m), in [N].
 
-        Args:
-            x: States, shape (k, nx).
-            u: Controls, shape (k, nu).
-
-        Returns:
-            The derivatives, and the tensions, shape (k, m), in [N].
+        States and controls are as for `run`.
         """
         count = len(x)
         _, states, controls = self._arguments(x, u, np.zeros(count))

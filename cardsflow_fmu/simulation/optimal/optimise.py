@@ -161,17 +161,7 @@ def optimise(
 class _Search:
     """Optimisations until the integration is accurate and the constraints hold between the nodes.
 
-    Args:
-        experiment: The experiment.
-        setup: Its problem.
-        progress: See `optimise`.
-        resume: See `optimise`.
-
-    Attributes:
-        setup: The problem, with constraints between the nodes.
-        iterations: Number of iterations.
-        seconds: Time of the iterations, in [s].
-        history: Progress and number of substeps after each iteration.
+    See `optimise` for the arguments, and `OptimisedMotion` for the attributes.
     """
 
     def __init__(
