@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import BoolArray, FloatArray
+from controllers.validation import float_array
 
 from .feasibility import is_infeasible
 
@@ -150,10 +151,7 @@ def distribution(
 
 
 def _numbers(name: str, values: ArrayLike, *, infinite: bool = False) -> FloatArray:
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} must be numbers, not {values!r}") from None
+    array = float_array(name, values)
     wrong = np.isnan(array) if infinite else ~np.isfinite(array)
     if wrong.any():
         index = [int(k) for k in np.argwhere(wrong)[0]]
