@@ -59,6 +59,11 @@ class ReachTask(Task):
         if sampling not in ("box", "workspace"):
             raise InputError(f"sampling must be 'box' or 'workspace', not {sampling!r}")
         points = [f.name for f in robot.task_frames if not f.is_orientation]
+        if not points:
+            raise InputError(
+                f"robot {robot.name!r} has no points to reach; set robot.operational_space, "
+                "or choose another task"
+            )
         names = points if targets is None else list(targets)
         super().__init__(robot, weights, threshold, far, len(names))
         owners = [frame.name for frame in robot.task_frames for _ in frame.axes]

@@ -283,6 +283,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "weights": (_experiment(weights=[1.0]), "weights must have values by name"),
     "weight": (_experiment(weights={"speed": 1.0}), "reward term 'speed'"),
     "point": (_experiment(task="reach", targets={"toe": (0, 1)}), "task frame 'toe'"),
+    "no points": (lambda: gym.from_experiment(EXAMPLES / "bicycle", task="reach"), "no points to"),
     "box": (_experiment(task="reach", targets={"tip": ((0, 0, 0), (1, 1, 1))}), "coordinates"),
     "far box": (
         _experiment(task="reach", targets={"tip": ((9, 9), (10, 10))}, sampling="workspace"),
