@@ -44,7 +44,7 @@ def control_bounds(
     for k, name in enumerate(names):
         require_order(experiment, f"f_max.{name}", low[k], high[k])
         if k < dynamics.m and low[k] < 0.0:
-            problem = f"must be at least 0, since a muscle cannot push, not {low[k]!r}"
+            problem = f"must be at least 0, since a muscle cannot push, not {low[k]:g}"
             raise InputError(problem, file=experiment.file, key=f"motion.bounds.f_min.{name}")
     laws = shooting.laws
     least = override(laws.command_low, bounds.u_min)

@@ -192,7 +192,7 @@ def test_infeasible_motion_names_constraint_node_and_forces(
         ("motion.cost={force=1.0}", "motion.cost.force", "did you mean 'forces'"),
         ("motion.cost={forces=-1.0}", "motion.cost.forces", "must not be negative"),
         ("motion.cost={commands=1.0}", "motion.cost.commands", 'requires motion.muscles = "laws"'),
-        ("motion.bounds.f_min=-1.0", "motion.bounds.f_min.cable_1", "cannot push"),
+        ("motion.bounds.f_min=-1.0", "motion.bounds.f_min.cable_1", "cannot push, not -1"),
         ("motion.bounds.f_max=1.0", "motion.bounds.f_max.cable_1", "at least the minimum"),
         ("motion.bounds.q_max.joint_1=-0.6", "start.q.joint_1", "bounds -3.1"),
         ("motion.bounds.qd_max.joint_9=1.0", "motion.bounds.qd_max.joint_9", "did you mean"),
