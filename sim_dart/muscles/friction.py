@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from addin_sdfusion.robot import Muscle, Robot
 from addin_sdfusion.robot.model.muscle_laws import law_of
 
@@ -22,3 +24,13 @@ def stretch_count(muscle: Muscle) -> int:
 def has_cable_friction(robot: Robot) -> bool:
     """Return whether an active muscle has cable friction."""
     return any(bend_count(muscle) for muscle in robot.muscles)
+
+
+def without_friction(robot: Robot) -> Robot:
+    """Return a robot without friction of cables and joints."""
+    muscles = [muscle.with_friction_scaled(0.0) for muscle in robot.muscles]
+    joints = tuple(
+        replace(joint, coordinates=tuple(replace(c, friction=0.0) for c in joint.coordinates))
+        for joint in robot.joints
+    )
+    return replace(robot.with_muscles(muscles), joints=joints)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from addin_sdfusion.robot import Robot
@@ -14,7 +12,7 @@ from controllers.analysis.inverse_dynamics import Motion, motion_terms
 from controllers.force_distribution.bounded import ForceDistribution
 from sim_dart import CoreDynamics, compile_blob
 from sim_dart.estimation.estimated_robot import estimated_robot
-from sim_dart.muscles.friction import has_cable_friction
+from sim_dart.muscles.friction import without_friction
 from sim_dart.optimal.shooting import Shooting
 
 from .fields import Counts, Fields
@@ -32,7 +30,7 @@ def predictive_fields(experiment: Experiment) -> tuple[Counts, Fields, dict[str,
     """Return counts, fields, and arrays of mpc.h; see `encode`. Without mpc, they are empty."""
     if experiment.controller.type != MPC:
         return {"plan_bytes": 0}, {"nodes": 0, "plan_steps": 0, "plan_robot": []}, {}
-    robot = _predicted_robot(experiment)
+    robot = estimated_robot(without_friction(experiment.robot))
     blob = compile_blob(robot)
     fields: Fields = {
         "nodes": experiment.controller.nodes,
@@ -41,18 +39,6 @@ def predictive_fields(experiment: Experiment) -> tuple[Counts, Fields, dict[str,
     }
     arrays = {f"mpc.{name}": array for name, array in _arrays(experiment).items()}
     return {"plan_bytes": len(blob)}, fields, arrays
-
-
-def _predicted_robot(experiment: Experiment) -> Robot:
-    """Return the robot without friction and joint limits, with ideal cables."""
-    robot = experiment.robot
-    if has_cable_friction(robot):
-        robot = robot.with_muscles([muscle.with_friction_scaled(0.0) for muscle in robot.muscles])
-    joints = tuple(
-        replace(joint, coordinates=tuple(replace(c, friction=0.0) for c in joint.coordinates))
-        for joint in robot.joints
-    )
-    return estimated_robot(replace(robot, joints=joints))
 
 
 def _runge_kutta_steps(experiment: Experiment, robot: Robot) -> int:

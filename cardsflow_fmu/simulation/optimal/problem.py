@@ -16,7 +16,7 @@ from controllers.dynamics import actuator_names
 from controllers.optimal.linear import LinearConstraint, limited_rates, periodic
 from controllers.optimal.problem import Iterate, OptimalProblem
 from sim_dart.dynamics.core import CoreDynamics
-from sim_dart.muscles.friction import has_cable_friction
+from sim_dart.muscles.friction import has_cable_friction, without_friction
 from sim_dart.optimal.shooting import Shooting
 
 from .costs import motion_costs
@@ -205,15 +205,9 @@ def _linear_constraints(
 
 def _frictionless(robot: Robot) -> tuple[Robot, tuple[str, ...]]:
     """Return the robot without friction, which is not differentiable, and notes about it."""
-    notes = []
-    if has_cable_friction(robot):
-        robot = robot.with_muscles([muscle.with_friction_scaled(0.0) for muscle in robot.muscles])
-        notes.append("the motion neglects cable friction")
-    if any(c.friction for c in robot.coordinates):
-        joints = tuple(
-            replace(joint, coordinates=tuple(replace(c, friction=0.0) for c in joint.coordinates))
-            for joint in robot.joints
-        )
-        robot = replace(robot, joints=joints)
-        notes.append("the motion neglects Coulomb friction of joints")
-    return robot, tuple(notes)
+    neglected = {
+        "cable friction": has_cable_friction(robot),
+        "Coulomb friction of joints": any(c.friction for c in robot.coordinates),
+    }
+    notes = tuple(f"the motion neglects {name}" for name, is_there in neglected.items() if is_there)
+    return without_friction(robot) if notes else robot, notes
