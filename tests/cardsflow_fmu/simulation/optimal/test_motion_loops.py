@@ -80,7 +80,7 @@ def test_pedalling_costs_as_much_as_the_best_motion_of_the_crank() -> None:
 
 
 def test_guess_and_motion_to_a_goal_close_the_loops() -> None:
-    """A joint limit of 3e15 rad, as in files of robots, is none."""
+    """Files of robots write 3e15 rad for joints without limits."""
     settings = {"motion.goals": [{"q": {"crank": 0.4}}], "motion.duration": 0.5}
     settings |= {"motion.periodic": {}, "motion.intervals": 8, "motion.bounds.q_max": 3e15}
     experiment = load_for_motion(BICYCLE, settings)
