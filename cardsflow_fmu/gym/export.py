@@ -50,7 +50,11 @@ def export_policy(
         InputError: The network does not fit the environment, or the environment's observations are
             not those of a controller.
     """
-    episodes = env.unwrapped.episodes
+    episodes = getattr(getattr(env, "unwrapped", None), "episodes", None)
+    if episodes is None:
+        raise InputError(
+            f"env must be an environment of cardsflow_fmu.gym, not {type(env).__name__}"
+        )
     task, actions, batch = episodes.task, episodes.actions, episodes.batch
     if task.columns is not None:
         raise InputError(

@@ -125,8 +125,8 @@ def test_policies_are_exported_for_references_that_the_own_controller_cannot_fol
     points = [{"time": t, "y": [0.3, 1.95]} for t in (0, 2)]
     given = {"reference": {"points": points}} if example == PLANAR else {}
     task = "reach" if example == PLANAR else "track"
-    own = {**given, "controller.type": "operational_space"} if example == PLANAR else {}
-    env = gym.from_experiment(example, own, task=task)
+    settings = {**given, "controller.type": "operational_space"} if example == PLANAR else {}
+    env = gym.from_experiment(example, settings, task=task)
     _export(env, tmp_path / "policy.json")
     files = export_network(tmp_path / "policy.json", example, tmp_path / "out", given, task=task)
     assert [file.name for file in files] == ["policy.json", "controller.fmu"]
@@ -168,6 +168,8 @@ def test_wrong_policies_are_rejected_with_one_line(
 
 
 def test_networks_that_do_not_fit_are_rejected(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="must be an environment"):
+        export_policy("planar_2r", random_network([5, 4]), tmp_path / "a.json")
     env = gym.from_experiment(PLANAR, task="pose", targets={"joint_1": (0.0, 1.0)})
     with pytest.raises(InputError, match="not those of a controller"):
         export_policy(env, random_network([5, 4]), tmp_path / "a.json")
