@@ -27,6 +27,11 @@ static void add_point(polyline *line, const real point[3])
     line->count++;
 }
 
+static int are_equal(const real a[3], const real b[3])
+{
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
 static int steps_of(real length, real step, int most)
 {
     return length < most * step ? (int)ceil(length / step) : most;
@@ -97,7 +102,7 @@ static void add_contact(polyline *line, const real *numbers, const wrap_surface 
     const real *touch = numbers + 12, *lift = numbers + 15;
     if (numbers[CONTACT_NUMBERS - 1] == 0) return;
     add_point(line, touch);
-    if (!memcmp(touch, lift, 3 * sizeof *touch)) return;
+    if (are_equal(touch, lift)) return;
     if (s && s->kind == SURFACE_ELLIPSOID)
         add_geodesic(line, numbers, s);
     else
@@ -112,7 +117,7 @@ static void add_pulley(const core *c, int32_t p, polyline *line)
     real radius = c->blob.pulley_radius[p], across[3], chord[3], centre[3];
     cross3(across, numbers + 18, numbers + 3);
     for (int i = 0; i < 3; i++) chord[i] = lift[i] - touch[i];
-    if (!memcmp(lift, numbers + 6, 3 * sizeof *lift)) /* the cable ends inside of it */
+    if (are_equal(lift, numbers + 6)) /* the cable ends inside of it */
         radius = sqrt(dot3(chord, chord)) / (2 * sine(numbers[CONTACT_NUMBERS - 1] / 2));
     for (int i = 0; i < 3; i++) centre[i] = touch[i] + radius * across[i];
     add_contact(line, numbers, NULL, centre);
