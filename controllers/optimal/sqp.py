@@ -42,6 +42,7 @@ _LAST_DAMPING, _LAST_STEPS = 1e6, 4  # damping and number of such steps after th
 _GOOD = 0.3  # factor of the violation, for much less damping
 _FREE_STEPS = 3  # first steps, which may increase cost and violation
 _MAX_VIOLATION = 1e3  # of these steps, relative to the violation of the guess plus 1
+_MAX_LATER_VIOLATION = 10.0  # likewise, of attempts without such steps
 _NEAR = 1e-3  # violation below which a rejected step may be followed
 _ROUGH = 0.1  # violation up to which a motion can be corrected after the last iteration
 _FIRST_ITERATIONS = 60  # of an attempt that is not the last, while it violates constraints
@@ -240,8 +241,9 @@ class Optimiser:
         costs = list[float]()
         try:
             report(state, 0.0)
-            largest = 1.0 + self.transcription.violation(at, linearised)
-            state.filter.append(((_MAX_VIOLATION if free else 1.0) * largest, -np.inf))
+            factor = _MAX_VIOLATION if free else _MAX_LATER_VIOLATION
+            largest = factor * (1.0 + self.transcription.violation(at, linearised))
+            state.filter.append((largest, -np.inf))
             for k in range(self._max_iterations):
                 if k >= limit and self._worst(state) > _NEAR:
                     break
