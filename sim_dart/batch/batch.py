@@ -308,10 +308,9 @@ class Batch:
 
     def _share_step(self, run: Callable[[slice, int | None], None]) -> None:
         """Call `run` for the parts of the threads, with the addresses of memory for lanes."""
-        groups = [group.ctypes.data for group in self._groups]
 
         def run_part(thread: int, part: slice) -> None:
-            run(part, groups[thread] if groups else None)
+            run(part, self._groups[thread].ctypes.data if self._groups else None)
 
         self._threads.share(run_part, self.n, is_small=self.n * self._substeps < _MIN_SHARED)
 

@@ -34,8 +34,8 @@ def batch_library() -> Any:
         getattr(core, f"core_batch_{name}").restype = None
     part: list[Any] = [pointer, count, count]
     core.core_episodes_start.argtypes = [*part, pointer]
-    core.core_episodes_step.argtypes = [*part, pointer, pointer, pointer]
-    core.core_episodes_evaluate.argtypes = [*part, pointer, pointer, pointer, pointer]
+    core.core_episodes_step.argtypes = [*part, *6 * [pointer]]
+    core.core_episodes_evaluate.argtypes = [*part, *4 * [pointer]]
     for name in ("start", "step", "evaluate"):
         getattr(core, f"core_episodes_{name}").restype = None
     return core

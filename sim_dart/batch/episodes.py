@@ -150,12 +150,16 @@ class Episodes:
         values = np.ascontiguousarray(rows("actions", actions, shape))
         starts = None if ended is None or not ended.any() else np.ascontiguousarray(ended)
         results = self._new_results()
+        observations, *others = (array.ctypes.data for array in results)
+        inputs, flags = values.ctypes.data, None if starts is None else starts.ctypes.data
 
         def run(part: slice, group: int | None) -> None:
-            flags = None if starts is None else starts[part].ctypes.data
-            place = self._address, part.start, part.stop - part.start
-            batch_library().core_episodes_step(*place, values[part].ctypes.data, flags, group)
-            self._write(results, part, flags)
+            first = part.start
+            batch_library().core_episodes_step(
+                *(self._address, first, part.stop - first, inputs + first * values.strides[0]),
+                *(None if flags is None else flags + first, group),
+                *(observations + first * results[0].strides[0], *others),
+            )
 
         self.batch._share_step(run)
         if starts is not None:
@@ -165,20 +169,14 @@ class Episodes:
     def evaluate(self) -> Evaluation:
         """Return the observations and rewards of the current states."""
         results = self._new_results()
-        self._write(results, slice(0, self.batch.n), None)
+        addresses = (array.ctypes.data for array in results)
+        batch_library().core_episodes_evaluate(self._address, 0, self.batch.n, None, *addresses)
         return _evaluation(results)
 
     def _new_results(self) -> _Results:
         n, size = self.batch.n, len(self.rules.features)
         numbers, flags = np.empty((1 + len(TERMS), n)), np.empty((_FLAGS, n), dtype=np.bool_)
         return np.empty((n, size), np.float32), numbers, flags
-
-    def _write(self, results: _Results, part: slice, ended: int | None) -> None:
-        """Write the results of instances; `ended` is the address of their flags."""
-        observations, numbers, flags = results
-        arrays = observations[part].ctypes.data, numbers.ctypes.data, flags.ctypes.data
-        place = self._address, part.start, part.stop - part.start
-        batch_library().core_episodes_evaluate(*place, ended, *arrays)
 
     def _numbers(self) -> dict[str, Any]:
         rules, batch = self.rules, self.batch

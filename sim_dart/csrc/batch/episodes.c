@@ -88,24 +88,6 @@ static void apply(const episodes *e, int32_t k, const double *values)
     }
 }
 
-void core_episodes_step(const episodes *e, int32_t first, int32_t count, const double *actions, const uint8_t *ended,
-                        void *group)
-{
-    const blob_counts *n = &instance(e, 0)->blob.counts;
-    const size_t at = (size_t)first;
-    int32_t *answers = e->answers + first;
-    uint8_t *moving = e->moving + first;
-    for (int32_t k = 0; k < count; k++, actions += e->action_count) {
-        moving[k] = !ended || !ended[k];
-        if (moving[k]) apply(e, first + k, actions);
-        else start(e, first + k);
-    }
-    core_batch_step(instance(e, first), e->stride, count, moving, e->commands + at * (size_t)n->muscles,
-                    e->torques ? e->torques + at * (size_t)n->dofs : NULL, e->h, e->steps, e->is_runge_kutta, group,
-                    answers);
-    for (int32_t k = 0; k < count; k++) e->ticks[first + k] += moving[k] && !answers[k];
-}
-
 static double feature_value(const episode_feature *feature, const real *state, const double *targets)
 {
     double value = feature->column < 0 ? 0.0 : feature->scale * state[feature->column];
@@ -154,4 +136,23 @@ void core_episodes_evaluate(const episodes *e, int32_t first, int32_t count, con
         flags[EPISODE_SOLVED * n + (size_t)k] = is_solved;
         flags[EPISODE_DIVERGED * n + (size_t)k] = has_diverged;
     }
+}
+
+void core_episodes_step(const episodes *e, int32_t first, int32_t count, const double *actions, const uint8_t *ended,
+                        void *group, float *observations, double *rewards, uint8_t *flags)
+{
+    const blob_counts *n = &instance(e, 0)->blob.counts;
+    const size_t at = (size_t)first;
+    int32_t *answers = e->answers + first;
+    uint8_t *moving = e->moving + first;
+    for (int32_t k = 0; k < count; k++, actions += e->action_count) {
+        moving[k] = !ended || !ended[k];
+        if (moving[k]) apply(e, first + k, actions);
+        else start(e, first + k);
+    }
+    core_batch_step(instance(e, first), e->stride, count, moving, e->commands + at * (size_t)n->muscles,
+                    e->torques ? e->torques + at * (size_t)n->dofs : NULL, e->h, e->steps, e->is_runge_kutta, group,
+                    answers);
+    for (int32_t k = 0; k < count; k++) e->ticks[first + k] += moving[k] && !answers[k];
+    core_episodes_evaluate(e, first, count, ended, observations, rewards, flags);
 }

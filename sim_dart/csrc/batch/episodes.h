@@ -64,14 +64,16 @@ typedef struct {
 /* Start an episode of each of `count` instances from `first` on with a nonzero `chosen`, count flags. */
 CORE_API void core_episodes_start(const episodes *e, int32_t first, int32_t count, const uint8_t *chosen);
 
-/* Start an episode of each instance with a nonzero `ended`, count flags or NULL, and step the others with actions from
-   -1 to 1, count x action_count; values beyond are clipped. `group` as for core_batch_step. */
-CORE_API void core_episodes_step(const episodes *e, int32_t first, int32_t count, const double *actions,
-                                 const uint8_t *ended, void *group);
-
 /* Write the observations, count x feature_count; the rewards and the terms, (1 + EPISODE_TERMS) x instances; and the
-   flags, 5 x instances. Rewards of instances with a nonzero `ended` are 0; others that diverged have the penalty. */
+   flags, 5 x instances. Rewards of instances with a nonzero `ended`, count flags or NULL, are 0; others that diverged
+   have the penalty. */
 CORE_API void core_episodes_evaluate(const episodes *e, int32_t first, int32_t count, const uint8_t *ended,
                                      float *observations, double *rewards, uint8_t *flags);
+
+/* Start an episode of each instance with a nonzero `ended`, step the others with actions from -1 to 1,
+   count x action_count, and evaluate all. Values beyond are clipped. `group` as for core_batch_step. */
+CORE_API void core_episodes_step(const episodes *e, int32_t first, int32_t count, const double *actions,
+                                 const uint8_t *ended, void *group, float *observations, double *rewards,
+                                 uint8_t *flags);
 
 #endif
