@@ -136,7 +136,8 @@ void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic
     for (int step = 1;; step++) {
         if (!expand_until_small(A, p, field, h, last_term, &t)) { /* in equal steps */
             const real distance = fabs(left), most = longest_step(&t, last_term);
-            if (value_of(most) < value_of(h)) h = distance / (1 + (int)value_of(distance / most));
+            const int count = 1 + (int)value_of(smaller(distance / most, MAX_STEPS));
+            if (value_of(most) < value_of(h)) h = distance / count;
         }
         const int is_last = value_of(fabs(left)) <= value_of(SAME_STEP * h) || step == MAX_STEPS;
         const real change = is_last ? left : value_of(left) > 0 ? h : -h;
