@@ -23,17 +23,18 @@ TURN, HARMONICS, TIMES, POSES = 2.0 * np.pi, 8, 72, 90
 
 def _reduced(experiment: Experiment) -> CubicSpline:
     """Return M, G, C / ω², damping and force arms of the crank, as functions of its angle."""
-    own = closing(experiment, experiment.robot)
-    assert own is not None
+    loops = closing(experiment, experiment.robot)
+    assert loops is not None
     q, rows = np.array(experiment.start.q), []
     for angle in np.arange(POSES) * TURN / POSES:
         q[0] = angle
-        q = own.closed(q)
-        J = own.loop_jacobian(q)
+        q = loops.closed(q)
+        J = loops.loop_jacobian(q)
         qd = np.r_[1.0, np.linalg.lstsq(J[:, 1:], -J[:, 0], rcond=None)[0]]
-        ahead, back = own.coriolis(q, qd)[0], own.coriolis(q, -qd)[0]
-        terms = own.mass_matrix(q)[0, 0], own.gravity(q)[0], ahead + back, ahead - back
-        rows.append(np.r_[terms, -own.actuator_jacobian(q)[:, 0]] * [1, 1, 0.5, 0.5, *[1] * own.m])
+        ahead, back = loops.coriolis(q, qd)[0], loops.coriolis(q, -qd)[0]
+        terms = loops.mass_matrix(q)[0, 0], loops.gravity(q)[0], ahead + back, ahead - back
+        factors = [1, 1, 0.5, 0.5, *[1] * loops.m]
+        rows.append(np.r_[terms, -loops.actuator_jacobian(q)[:, 0]] * factors)
     return CubicSpline(np.linspace(0, TURN, POSES + 1), [*rows, rows[0]], bc_type="periodic")
 
 
@@ -73,9 +74,9 @@ def test_pedalling_costs_as_much_as_the_best_motion_of_the_crank() -> None:
     motion = optimise(experiment)
     assert motion.solution.status == "optimal"
     assert motion.solution.cost == pytest.approx(_least_cost(experiment), rel=0.01)
-    x, own = motion.solution.iterate.x, closing(experiment, experiment.robot)
-    assert own is not None
-    assert max(own.remaining_gap(row[:5]) for row in x) < 1e-6
+    x, loops = motion.solution.iterate.x, closing(experiment, experiment.robot)
+    assert loops is not None
+    assert max(loops.remaining_gap(row[:5]) for row in x) < 1e-6
     np.testing.assert_allclose(x[-1], x[0] + TURN * np.eye(10)[0], atol=1e-6)
 
 
@@ -84,12 +85,12 @@ def test_guess_and_motion_to_a_goal_close_the_loops() -> None:
     settings = {"motion.goals": [{"q": {"crank": 0.4}}], "motion.duration": 0.5}
     settings |= {"motion.periodic": {}, "motion.intervals": 8, "motion.bounds.q_max": 3e15}
     experiment = load_for_motion(BICYCLE, settings)
-    guess, own = smooth_guess(motion_problem(experiment)), closing(experiment, experiment.robot)
-    assert own is not None
+    guess, loops = smooth_guess(motion_problem(experiment)), closing(experiment, experiment.robot)
+    assert loops is not None
     motion = optimise(experiment)
     assert motion.solution.status == "optimal"
     for x in (guess.x, motion.solution.iterate.x):
-        assert max(own.remaining_gap(row[:5]) for row in x) < 1e-6
+        assert max(loops.remaining_gap(row[:5]) for row in x) < 1e-6
         assert x[-1, 0] == pytest.approx(0.4)
     assert abs(motion.solution.iterate.x[-1, 5:]).max() < 1e-6
 
