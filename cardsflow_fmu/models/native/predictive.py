@@ -22,6 +22,7 @@ _POSTURE_SHARE = 1e-2  # cost of the posture, relative to that of the tasks
 _TOLERANCE = 1e-8  # complementarity, relative to the same accelerations
 _WEAK = 1e-6  # squared acceleration of directions without muscles, relative to the largest
 _STABLE = 1.4  # fastest rate times a Runge-Kutta step, half of the limit of stability
+_MAX_STEPS = 1000  # Runge-Kutta steps of an interval
 _SHORT = 1e-4  # interval from which rates are computed, in [s]
 _VIOLATION = 20.0  # cost of violated bounds, relative to the largest cost of tracking
 
@@ -54,7 +55,7 @@ def _runge_kutta_steps(experiment: Experiment, robot: Robot) -> int:
         return 1
     rates = np.log(np.linalg.eigvals(near.A[0]).astype(complex)) / _SHORT
     interval = settings.predicted_time / settings.nodes
-    return int(np.ceil(abs(rates).max() * interval / _STABLE))
+    return int(np.clip(np.ceil(abs(rates).max() * interval / _STABLE), 1, _MAX_STEPS))
 
 
 def _arrays(experiment: Experiment) -> dict[str, FloatArray]:

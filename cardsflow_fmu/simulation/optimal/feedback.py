@@ -52,8 +52,8 @@ def motion_feedback(
         raise CardsflowError("the simulation of the motion diverges; use more substeps")
     hold = _hold(experiment, setup, at, linearised[-1], interval / parts)
     rests = abs(at.x[-1, n : 2 * n]).max() <= _AT_REST
-    is_used = not setup.dynamics.robot.loops  # trajectory_feedback does not support loops
-    notes = (_CANNOT_HOLD,) if rests and hold is None and is_used else ()
+    has_loops = bool(setup.dynamics.robot.loops)  # trajectory_feedback does not support them
+    notes = (_CANNOT_HOLD,) if rests and hold is None and not has_loops else ()
     x, u, gain, weight = hold or (at.x[-1], at.u[-1], None, linearised[-1].Q)
     gains = gains_along(linearised, weight)
     gains = np.concatenate([gains, gains[-1:] if gain is None else gain[None]])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -108,6 +109,18 @@ def test_stiff_joint_is_predicted_with_more_runge_kutta_steps() -> None:
     columns = run("planar_2r", PLANAR | settings)
     assert not columns["fallback"].any()
     assert tracking_error(columns).max() < 1e-5
+
+
+def test_free_arm_without_rates_is_predicted() -> None:
+    """Without gravity, damping and pretension, the arm has no rate that determines the steps."""
+    settings = PLANAR | {f"robot.coordinates.joint_{k}.damping": 0.0 for k in (1, 2)}
+    settings |= {f"robot.muscles.cable_{k}.f_min": 0.0 for k in (1, 2, 3, 4)}
+    experiment = Experiment.load(EXAMPLES / "planar_2r", settings)
+    robot = replace(experiment.robot, gravity=(0.0, 0.0, 0.0))
+    recording = native_loop(replace(experiment, robot=robot)).run()
+    columns = dict(zip(recording.names, recording.rows.T, strict=True))
+    assert not columns["fallback"].any()
+    assert tracking_error(columns).max() < 5e-5
 
 
 def test_hill_muscles_without_force_limits() -> None:

@@ -15,6 +15,7 @@ static int are_sound(const struct controller_settings *s, const struct native_ro
            native_all_below(s->state_order, s->of.states.count, robot->s) &&
            native_all_below(s->motors, s->of.motors.count, robot->n) &&
            native_all_below(s->commanded, s->of.commands.count, robot->m) &&
+           (!s->nodes[0] || (s->plan_steps[0] >= 1 && s->plan_steps[0] <= 4096)) &&
            s->of.report.count == (s->of.tasks.count ? 5u : 4u) + (s->nodes[0] ? 3u : 0u) &&
            (s->of.valid.count == 0 || s->of.valid.count == 1) &&
            s->of.estimated_loads.count == s->of.valid.count * robot->n &&
