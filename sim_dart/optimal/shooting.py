@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from addin_sdfusion.robot import CardsflowError, Robot
+from addin_sdfusion.robot import CardsflowError, Robot, SimulationError
 from sim_dart.batch.threads import Threads
 from sim_dart.core.arrays import FloatArray, IntArray
 from sim_dart.core.blob import compile_blob
@@ -190,12 +190,16 @@ class Shooting:
         """Return the time derivatives of states, shape (k, nx), and tensions, shape (k, m), in [N].
 
         States and controls are as for `run`.
+
+        Raises:
+            SimulationError: A state is not finite.
         """
         count = len(x)
         _, states, controls = self._arguments(x, u, np.zeros(count))
         rates, tensions = np.empty((count, self.nx)), np.empty((count, self._m))
         arrays = states, controls, rates, tensions
-        assert self._compute(_bound().core_shooting_rates, count, *arrays)
+        if not self._compute(_bound().core_shooting_rates, count, *arrays):
+            raise SimulationError("the rates of a state of the motion are not finite")
         return rates, tensions
 
     def _simulate(

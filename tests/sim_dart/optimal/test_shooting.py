@@ -13,7 +13,7 @@ from support.robots.muscle_bench import SOUND, slider
 from support.robots.robots import EXAMPLES, PLANAR_2R
 from support.robots.wrapped import FAR, over_ellipsoids
 
-from addin_sdfusion.robot import WORLD, CardsflowError, Robot, ViaPoint, Wrap
+from addin_sdfusion.robot import WORLD, CardsflowError, Robot, SimulationError, ViaPoint, Wrap
 from cardsflow_fmu import Experiment
 from sim_dart import Plant
 from sim_dart.dynamics.core import CoreDynamics
@@ -214,3 +214,9 @@ def test_diverging_motion_is_reported(robot: Robot) -> None:
     shooting = Shooting(robot)
     x, u, h = _arguments(shooting)
     assert shooting.run(x, u * 1e300, h) is None
+
+
+def test_rates_of_a_state_that_is_not_finite_are_rejected(robot: Robot) -> None:
+    shooting = Shooting(robot)
+    with pytest.raises(SimulationError, match="are not finite"):
+        shooting.rates(np.full((1, shooting.nx), np.nan), np.zeros((1, shooting.nu)))

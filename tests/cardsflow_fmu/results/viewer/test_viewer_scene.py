@@ -269,5 +269,6 @@ def test_link_capsules_begin_at_the_joint_that_moves_the_link() -> None:
     moved = Pose((0.1, 0.2, 0.0))
     joints = [replace(j, T_child_joint=moved) for j in robot.joints]
     link = next(one for one in robot.links if one.name == robot.joints[0].child)
-    for begin, _ in link_capsules(replace(robot, joints=tuple(joints)), link):
-        assert begin.tolist() == [0.1, 0.2, 0.0]
+    capsules = list(link_capsules(replace(robot, joints=tuple(joints)), link))
+    assert capsules
+    assert all(begin.tolist() == [0.1, 0.2, 0.0] for begin, _ in capsules)
