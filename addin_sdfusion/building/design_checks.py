@@ -9,9 +9,8 @@ from ..muscles.point_names import parse_point_name
 from ..muscles.table import MuscleTable
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, listed, warning
-from ..robot.model.robot import Robot
+from ..robot.model.robot import Inertia, Robot
 from ..snapshot import LINK_PREFIX, ROOT, DesignSnapshot, PointSnapshot
-from ..snapshot.mass_properties import Part
 from .links.links import Links, in_name_order
 
 _HIGHER = 2.0  # minimum ratio of the extents of the links along y and z that suggests y is up
@@ -60,7 +59,7 @@ def body_findings(snapshot: DesignSnapshot, links: Links) -> Iterator[Finding]:
         yield warning(Subject("link", link), "hidden-body", problem)
 
 
-def massless_links(names: Iterable[str], parts: Mapping[str, Part]) -> list[Finding]:
+def massless_links(names: Iterable[str], parts: Mapping[str, Inertia]) -> list[Finding]:
     """Return a warning for every link without mass."""
     problem = "has no mass: it has no solid body with a material; add one to its component or group"
     return [
@@ -128,7 +127,7 @@ def design_notes(snapshot: DesignSnapshot, robot: Robot | None) -> Iterator[Find
         yield warning(subject, "assembly-design", problem)
 
 
-def up_hint(snapshot: DesignSnapshot, parts: Mapping[str, Part], base: str) -> Iterator[Finding]:
+def up_hint(snapshot: DesignSnapshot, parts: Mapping[str, Inertia], base: str) -> Iterator[Finding]:
     """Yield a warning if the links suggest that the y axis points up."""
     if snapshot.settings.up_axis != "z" or base not in parts:
         return

@@ -10,14 +10,13 @@ from typing import Any
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, unknown, warning
 from ..robot.model.joint import Coordinate, Joint
-from ..robot.model.robot import WORLD
+from ..robot.model.robot import WORLD, Inertia
 from ..settings import ExportSettings, JointSettings, LinkSettings
-from ..snapshot.mass_properties import Part
 
 
 def override_masses(
-    parts: Mapping[str, Part], settings: ExportSettings
-) -> tuple[dict[str, Part], list[Finding]]:
+    parts: Mapping[str, Inertia], settings: ExportSettings
+) -> tuple[dict[str, Inertia], list[Finding]]:
     """Return the links with the chosen masses and proportionally scaled inertias."""
     links, findings = dict(parts), list(_invalid_settings("link", settings.of_links, parts))
     findings += _equal_names(settings, parts)
@@ -26,7 +25,7 @@ def override_masses(
         if part is None or chosen.mass is None or not 0.0 < chosen.mass < math.inf:
             continue
         if part.mass > 0.0:
-            links[chosen.link] = _scaled(part, chosen.mass)
+            links[chosen.link] = part.scaled(chosen.mass / part.mass)
         else:
             problem = (
                 f"has no mass in the design, so its mass cannot be set to {chosen.mass:g} kg: its "
@@ -57,14 +56,6 @@ def override_joint_settings(
         joint.map_coordinates(lambda c: _apply(c, chosen.get(c.name))) for joint in joints
     )
     return changed, list(_invalid_settings("joint", settings.of_joints, names))
-
-
-def _scaled(part: Part, mass: float) -> Part:
-    factor = mass / part.mass
-    (a, b, c), (d, e, f), (g, h, i) = part.inertia
-    rows = ((a, b, c), (d, e, f), (g, h, i))
-    x, y, z = ((factor * p, factor * q, factor * r) for p, q, r in rows)
-    return Part(mass, part.com, (x, y, z))
 
 
 def _apply(c: Coordinate, chosen: JointSettings | None) -> Coordinate:

@@ -11,19 +11,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Literal, NamedTuple
+from dataclasses import replace
+from typing import Literal
 
-from ..robot.model.pose import Vector3
 from ..robot.model.robot import Inertia
-from ..robot.model.rotations import (
-    Matrix3,
-    add,
-    point_inertia,
-    rotate,
-    rotate_inertia,
-    subtract,
-    transpose,
-)
+from ..robot.model.rotations import subtract, transpose
 from ..robot.model.transform import IDENTITY, Transform
 from .eigenvalues import eigenvalues
 from .parts import MassSnapshot
@@ -37,27 +29,13 @@ _MAX_RATIO = 0.1  # of the deviations with the right and the wrong sign
 _ROUNDING = 1e-14
 
 
-class Part(NamedTuple):
-    """Mass properties of a rigid body.
-
-    Attributes:
-        mass: In [kg].
-        com: Centre of mass, in [m].
-        inertia: About the centre of mass, in [kg·m²].
-    """
-
-    mass: float
-    com: Vector3
-    inertia: Matrix3
-
-
 def is_usable(mass: MassSnapshot) -> bool:
     """Return whether all values are finite and the mass is positive."""
     numbers = (mass.mass, *mass.com, *mass.moments, *mass.principal)
     return all(map(math.isfinite, numbers)) and mass.mass > 0.0
 
 
-def part(mass: MassSnapshot, sign: Sign) -> Part:
+def part(mass: MassSnapshot, sign: Sign) -> Inertia:
     """Return the mass properties with the inertia about the centre of mass.
 
     Args:
@@ -67,9 +45,7 @@ def part(mass: MassSnapshot, sign: Sign) -> Part:
     xx, yy, zz, xy, yz, xz = mass.moments
     xy, yz, xz = sign * xy, sign * yz, sign * xz
     about_origin = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-    return Part(
-        mass.mass, mass.com, _subtract_matrix(about_origin, point_inertia(mass.mass, mass.com))
-    )
+    return Inertia.of_origin(mass.mass, mass.com, about_origin)
 
 
 def eigenvalue_error(mass: MassSnapshot, sign: Sign) -> float:
@@ -77,7 +53,7 @@ def eigenvalue_error(mass: MassSnapshot, sign: Sign) -> float:
     largest = max(map(abs, mass.principal))
     if largest == 0.0:
         return 0.0 if not any(mass.moments) else math.inf
-    pairs = zip(eigenvalues(part(mass, sign).inertia), sorted(mass.principal), strict=True)
+    pairs = zip(eigenvalues(part(mass, sign).matrix), sorted(mass.principal), strict=True)
     return max(abs(a - b) for a, b in pairs) / largest
 
 
@@ -115,41 +91,16 @@ def moved(mass: MassSnapshot, T_a_b: Transform, sign: Sign) -> MassSnapshot:
     """
     if T_a_b == IDENTITY:
         return mass
-    com = T_a_b.apply(mass.com)
-    turned = rotate_inertia(T_a_b.R, part(mass, sign).inertia)
-    shift = point_inertia(mass.mass, com)
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = (
-        add(row, other) for row, other in zip(turned, shift, strict=True)
-    )
+    body = part(mass, sign).moved(T_a_b)
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = body.about((0.0, 0.0, 0.0))
     moments = (xx, yy, zz, sign * xy, sign * yz, sign * xz)
-    return MassSnapshot(mass.mass, com, moments, mass.principal)
+    return MassSnapshot(mass.mass, body.com, moments, mass.principal)
 
 
-def total(parts: Iterable[Part]) -> Part:
-    """Return the mass properties of all parts combined."""
-    parts = tuple(parts)
-    mass = math.fsum(p.mass for p in parts)
-    if mass == 0.0:
-        return Part(0.0, (0.0, 0.0, 0.0), ((0.0,) * 3, (0.0,) * 3, (0.0,) * 3))
-    x, y, z = (math.fsum(p.mass * p.com[i] for p in parts) / mass for i in range(3))
-    com = parts[0].com if len(parts) == 1 else (x, y, z)
-    shares = [(p.inertia, point_inertia(p.mass, subtract(p.com, com))) for p in parts]
-    entries = [
-        [math.fsum(matrix[i][j] for share in shares for matrix in share) for j in range(3)]
-        for i in range(3)
-    ]
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = entries
-    return Part(mass, com, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
-
-
-def link_inertia(body: Part, T_world_link: Transform) -> Inertia:
+def link_inertia(body: Inertia, T_world_link: Transform) -> Inertia:
     """Return the inertia of a body in the frame of its link."""
-    R_link_world = transpose(T_world_link.R)
-    x, y, z = rotate(R_link_world, subtract(body.com, T_world_link.p))
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = rotate_inertia(R_link_world, body.inertia)
-    com = (x + 0.0, y + 0.0, z + 0.0)
-    return Inertia(body.mass, com, xx, yy, zz, xy + 0.0, xz + 0.0, yz + 0.0)
-
-
-def _subtract_matrix(A: Matrix3, B: Matrix3) -> Matrix3:
-    return subtract(A[0], B[0]), subtract(A[1], B[1]), subtract(A[2], B[2])
+    R_link_world = Transform(transpose(T_world_link.R), (0.0, 0.0, 0.0))
+    inertia = replace(body, com=subtract(body.com, T_world_link.p)).moved(R_link_world)
+    x, y, z = inertia.com
+    products = (entry + 0.0 for entry in inertia.entries[3:])  # -0.0 becomes 0.0
+    return Inertia(body.mass, (x + 0.0, y + 0.0, z + 0.0), *inertia.entries[:3], *products)

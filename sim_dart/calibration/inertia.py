@@ -21,22 +21,19 @@ NUMBERS = {
 
 _THIN = 0.1
 _MIN_RADIUS = 1e-3
-_PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 def inertia_numbers(inertia: Inertia) -> FloatArray:
     """Return mass, first moments and inertia about the link origin, shape (10,), in SI units."""
-    m, c = inertia.mass, np.array(inertia.com)
-    about_origin = np.array(inertia.matrix) + m * (c @ c * np.eye(3) - np.outer(c, c))
-    return np.array([m, *(m * c), *(about_origin[place] for place in _PLACES)])
+    at_origin = Inertia.of(inertia.mass, inertia.com, inertia.about((0.0, 0.0, 0.0)))
+    moments = (inertia.mass * x for x in inertia.com)
+    return np.array([inertia.mass, *moments, *at_origin.entries])
 
 
 def inertia_of(numbers: FloatArray) -> Inertia:
     """Return the inertia for given numbers, the inverse of `inertia_numbers`."""
-    m, c = float(numbers[0]), numbers[1:4] / numbers[0]
-    I = _matrix(numbers) - m * (c @ c * np.eye(3) - np.outer(c, c))  # noqa: E741
-    x, y, z = c.tolist()
-    return Inertia(m, (x, y, z), *(float(I[place]) for place in _PLACES))
+    x, y, z = (numbers[1:4] / numbers[0]).tolist()
+    return Inertia.of_origin(float(numbers[0]), (x, y, z), _matrix(numbers).tolist())
 
 
 def thicken(inertia: Inertia) -> FloatArray:
@@ -47,8 +44,7 @@ def thicken(inertia: Inertia) -> FloatArray:
     least = inertia.mass * (_THIN * radius) ** 2
     S = axes @ np.diag(np.maximum(values, least)) @ axes.T
     I = np.trace(S) * np.eye(3) - S  # noqa: E741
-    thick = Inertia(inertia.mass, inertia.com, *(float(I[place]) for place in _PLACES))
-    return inertia_numbers(thick)
+    return inertia_numbers(Inertia.of(inertia.mass, inertia.com, I.tolist()))
 
 
 def pseudo_inertia(numbers: FloatArray) -> FloatArray:

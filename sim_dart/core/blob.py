@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from addin_sdfusion.robot import Robot, Vector3
+from addin_sdfusion.robot import Inertia, Robot, Vector3
 from addin_sdfusion.robot.model import muscle_laws
 from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
 from addin_sdfusion.robot.model.muscle_laws import law_of
 
 from .arrays import FloatArray
-from .composite_inertia import CompositeInertia
 from .frames import MovingFrame, Place, moving_frames
 from .library import pack_blob
 from .loop_fields import closures, loop_fields
@@ -32,19 +31,19 @@ def _unit(axis: Vector3) -> FloatArray:
 
 def composite_inertias(
     robot: Robot, frames: list[MovingFrame], places: dict[str, Place]
-) -> list[CompositeInertia]:
-    """Return the mass properties of every moving frame, then of the links fixed to the world."""
-    bodies = [CompositeInertia() for _ in [*frames, None]]
+) -> list[Inertia]:
+    """Return the inertia of every moving frame, then of the links fixed to the world."""
+    bodies: list[list[Inertia]] = [[] for _ in [*frames, None]]
     for link in robot.links:
         place = places[link.name]
-        bodies[place.frame].add(link.inertia, place.T_frame_link)
-    return bodies
+        bodies[place.frame].append(place.inertia(link.inertia))
+    return [Inertia.of_bodies(each) for each in bodies]
 
 
 def fixed_energy(robot: Robot) -> float:
     """Return the potential energy of the weight of fixed links, in [J]; 0 at the world's origin."""
     fixed = composite_inertias(robot, *moving_frames(robot))[-1]
-    return -float(np.array(robot.gravity) @ (fixed.mass * fixed.centre))
+    return -fixed.mass * float(np.dot(robot.gravity, fixed.com))
 
 
 def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Place]) -> Fields:
@@ -52,8 +51,8 @@ def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Plac
     *bodies, _ = composite_inertias(robot, frames, places)
     return {
         "mass": [body.mass for body in bodies],
-        "mass_centre": [body.centre for body in bodies],
-        "inertia": [body.inertia for body in bodies],
+        "mass_centre": [body.com for body in bodies],
+        "inertia": [body.entries for body in bodies],
         "friction": [coordinate.friction for coordinate in robot.coordinates],
         "lower": [coordinate.lower for coordinate in robot.coordinates],
         "upper": [coordinate.upper for coordinate in robot.coordinates],

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from addin_sdfusion.robot import WORLD, Motion, Pose, Robot
+from addin_sdfusion.robot import WORLD, Inertia, Motion, Pose, Robot
 from addin_sdfusion.robot.model.rotations import axis_rotation, normalized, rotation
+from addin_sdfusion.robot.model.transform import Transform
 
 from .arrays import FloatArray
 from .variables import robot_variables
@@ -47,6 +48,11 @@ class Place:
             self.T_frame_link[:3, :3] @ np.array(position) + self.T_frame_link[:3, 3]
         )
         return moved
+
+    def inertia(self, inertia: Inertia) -> Inertia:
+        """Return an inertia given in the link frame in the moving frame."""
+        R, p = self.T_frame_link[:3, :3].tolist(), self.T_frame_link[:3, 3].tolist()
+        return inertia.moved(Transform(R, p))
 
 
 @dataclass(frozen=True)

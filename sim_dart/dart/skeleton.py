@@ -157,9 +157,7 @@ def _set_inertia(body: Any, link: Link) -> None:
     body.setName(link.name)
     body.setMass(inertia.mass or _NEGLIGIBLE_MASS)
     body.setLocalCOM(np.array(inertia.com))
-    body.setMomentOfInertia(
-        inertia.ixx, inertia.iyy, inertia.izz, inertia.ixy, inertia.ixz, inertia.iyz
-    )
+    body.setMomentOfInertia(*inertia.entries)
 
 
 def _make_massless(body: Any, name: str) -> None:

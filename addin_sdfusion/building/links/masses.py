@@ -11,17 +11,16 @@ from typing import NamedTuple
 
 from ...robot.finding import Finding, Subject
 from ...robot.finding_builders import warning
+from ...robot.model.robot import Inertia
 from ...snapshot import ROOT, BodySnapshot, DesignSnapshot, MassSnapshot
 from ...snapshot.mass_properties import (
     MISMATCH,
-    Part,
     common_sign,
     eigenvalue_error,
     is_usable,
     part,
     rounding,
     sign_of,
-    total,
 )
 from .links import Links
 
@@ -32,7 +31,7 @@ SPLIT = 1e-6
 class Masses(NamedTuple):
     """Mass properties of the links."""
 
-    parts: Mapping[str, Part]
+    parts: Mapping[str, Inertia]
     bodies: Mapping[str, tuple[BodySnapshot, ...]]
     findings: tuple[Finding, ...]
 
@@ -61,14 +60,14 @@ class _MassCalculator:
         self._sign = common_sign(m for m in masses if m is not None and is_usable(m))
 
     def masses(self) -> Masses:
-        parts: dict[str, list[Part]] = {name: [] for name in self._links.names}
+        parts: dict[str, list[Inertia]] = {name: [] for name in self._links.names}
         bodies: dict[str, list[BodySnapshot]] = {name: [] for name in self._links.names}
         for path, link in sorted(self._links.of_occurrence.items()):
             bodies[link] += self._bodies.get(path, [])
             if self._is_top(path, link):
                 parts[link] += self._parts_below(path, link)
         return Masses(
-            {link: total(each) for link, each in parts.items()},
+            {link: Inertia.of_bodies(each) for link, each in parts.items()},
             {link: tuple(each) for link, each in bodies.items()},
             tuple(self._findings),
         )
@@ -80,7 +79,7 @@ class _MassCalculator:
         above = self._occurrences[path].parent
         return above == ROOT or self._links.of_occurrence.get(above) != link
 
-    def _parts_below(self, path: str, link: str) -> Iterator[Part]:
+    def _parts_below(self, path: str, link: str) -> Iterator[Inertia]:
         """Yield the mass properties of a link at and below an occurrence."""
         mass = None if path == ROOT else self._occurrences[path].mass
         if path != ROOT and self._is_whole(path, link):
@@ -113,7 +112,7 @@ class _MassCalculator:
             bodies += self._bodies_below(child)
         return bodies
 
-    def _part(self, mass: MassSnapshot, subject: Subject) -> Part:
+    def _part(self, mass: MassSnapshot, subject: Subject) -> Inertia:
         sign = sign_of(mass) or self._sign
         missed = eigenvalue_error(mass, sign)
         if missed > MISMATCH + rounding(mass):

@@ -29,7 +29,7 @@ def plausible(robot: Robot) -> Iterator[Finding]:
         yield from _inertia(link)
     moving = _moving_links(robot)
     extent, mass = _extent(robot, moving), sum(link.inertia.mass for link in moving)
-    size = max([extent, *map(_gyration, moving)])
+    size = max([extent, *(link.inertia.radius_of_gyration for link in moving)])
     subject = Subject("robot", robot.name)
     if extent > LONG and 0.0 < mass < THIN * extent:
         problem = f"its moving links extend over {extent:.3g} m with {mass:.3g} kg"
@@ -42,7 +42,8 @@ def plausible(robot: Robot) -> Iterator[Finding]:
 
 def _inertia(link: Link) -> Iterator[Finding]:
     """Check that the inertia of a link has the size of its mass."""
-    of, gyration, subject = link.inertia, _gyration(link), Subject("link", link.name)
+    of, gyration = link.inertia, link.inertia.radius_of_gyration
+    subject = Subject("link", link.name)
     if of.mass == 0.0 and max(of.ixx, of.iyy, of.izz) > ZERO_INERTIA:
         problem = "has an inertia, but its mass is 0, so it has no weight; set its mass"
         yield warning(subject, "inertia-without-mass", problem)
@@ -118,9 +119,3 @@ def _extent(robot: Robot, links: list[Link]) -> float:
     poses = initial_poses(robot)
     points = [apply(poses[name], p) for name, group in places.items() for p in group]
     return max((max(x) - min(x) for x in zip(*points, strict=True)), default=0.0)
-
-
-def _gyration(link: Link) -> float:
-    """Return the radius of gyration of a link, in [m]."""
-    of = link.inertia
-    return math.sqrt(max(0.5 * (of.ixx + of.iyy + of.izz) / of.mass, 0.0)) if of.mass else 0.0

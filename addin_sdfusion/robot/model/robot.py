@@ -8,6 +8,7 @@ joints have no coordinates and close loops between links of the tree.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, wraps
@@ -19,7 +20,8 @@ from .joint import Coordinate, Joint
 from .loop import LoopJoint
 from .muscle import CableSet, Muscle, WrapSurface
 from .pose import IDENTITY, Pose, Vector3
-from .rotations import apply, rotate_inertia, rotation
+from .rotations import Matrix3, add, apply, point_inertia, rotate_inertia, subtract
+from .transform import Transform
 
 Axis = Literal["x", "y", "z", "alpha", "beta", "gamma"]
 POSITIONS: tuple[Axis, ...] = ("x", "y", "z")
@@ -59,13 +61,36 @@ class Inertia:
     iyz: float = 0.0
 
     @staticmethod
-    def of(mass: float, com: Vector3, matrix: tuple[Vector3, Vector3, Vector3]) -> Inertia:
+    def of(mass: float, com: Vector3, matrix: Matrix3) -> Inertia:
         """Create an inertia from mass, centre of mass and matrix about it, in [kg·m²]."""
         (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix
         return Inertia(mass, com, xx, yy, zz, xy, xz, yz)
 
+    @staticmethod
+    def of_origin(mass: float, com: Vector3, matrix: Matrix3) -> Inertia:
+        """Create an inertia like `of`, from the matrix about the origin of the frame."""
+        x, y, z = map(subtract, matrix, point_inertia(mass, com))
+        return Inertia.of(mass, com, (x, y, z))
+
+    @staticmethod
+    def of_bodies(bodies: Sequence[Inertia]) -> Inertia:
+        """Return the inertia of rigidly connected bodies; the com is at the origin without mass."""
+        if len(bodies) == 1:
+            return bodies[0]
+        mass = sum(body.mass for body in bodies)
+        moments = (sum(body.mass * body.com[i] for body in bodies) for i in range(3))
+        x, y, z = (moment / mass if mass else 0.0 for moment in moments)
+        matrices = [body.about((x, y, z)) for body in bodies]
+        rows = (tuple(sum(A[i][j] for A in matrices) for j in range(3)) for i in range(3))
+        return Inertia.of(mass, (x, y, z), tuple(rows))  # type: ignore[arg-type]
+
     @property
-    def matrix(self) -> tuple[Vector3, Vector3, Vector3]:
+    def entries(self) -> tuple[float, ...]:
+        """Entries xx, yy, zz, xy, xz, yz of the inertia matrix, in [kg·m²]."""
+        return self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz
+
+    @property
+    def matrix(self) -> Matrix3:
         """Rows of the symmetric inertia matrix, in [kg·m²]."""
         return (
             (self.ixx, self.ixy, self.ixz),
@@ -73,12 +98,27 @@ class Inertia:
             (self.ixz, self.iyz, self.izz),
         )
 
-    def in_frame(self, T_a_b: Pose) -> Inertia:
+    @property
+    def radius_of_gyration(self) -> float:
+        """√(½ tr I / m), in [m]; zero for zero mass or inertia."""
+        square = 0.5 * (self.ixx + self.iyy + self.izz)
+        return math.sqrt(square / self.mass) if square > 0.0 and self.mass > 0.0 else 0.0
+
+    def about(self, point: Vector3) -> Matrix3:
+        """Return the inertia matrix about a point of the frame, in [kg·m²]."""
+        x, y, z = map(add, self.matrix, point_inertia(self.mass, subtract(self.com, point)))
+        return x, y, z
+
+    def moved(self, T_a_b: Transform) -> Inertia:
         """Return the inertia, which is expressed in frame b, in frame a."""
+        matrix = rotate_inertia(T_a_b.R, self.matrix)
+        return Inertia.of(self.mass, T_a_b.apply(self.com), matrix)
+
+    def in_frame(self, T_a_b: Pose) -> Inertia:
+        """Return the same as `moved`, which is exact for a pose without rotation."""
         if not any(T_a_b.rpy):
             return replace(self, com=apply(T_a_b, self.com))
-        matrix = rotate_inertia(rotation(T_a_b.rpy), self.matrix)
-        return Inertia.of(self.mass, apply(T_a_b, self.com), matrix)
+        return self.moved(Transform.of(T_a_b))
 
     def scaled(self, factor: float) -> Inertia:
         """Return the inertia of the same body with another density.
@@ -86,12 +126,7 @@ class Inertia:
         Args:
             factor: The new density over the old one.
         """
-        return Inertia(
-            factor * self.mass,
-            self.com,
-            *(factor * entry for entry in (self.ixx, self.iyy, self.izz)),
-            *(factor * entry for entry in (self.ixy, self.ixz, self.iyz)),
-        )
+        return Inertia(factor * self.mass, self.com, *(factor * entry for entry in self.entries))
 
 
 Rgba = tuple[float, float, float, float]

@@ -15,7 +15,7 @@ of the far links are evidence for it. xz and yz are swapped if this explains mor
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ..checks.masses import density_matrix, positive_semidefinite
@@ -23,7 +23,6 @@ from ..finding import Finding, Subject
 from ..finding_builders import finite, listed, warning
 from ..model.pose import Pose, Vector3
 from ..model.robot import Inertia, Link, Robot
-from ..model.rotations import Matrix3, point_inertia, subtract
 
 FAR = 0.7
 """Minimum distance of a link from the origin to be evidence, over its stored radius of gyration."""
@@ -102,7 +101,7 @@ def repair(robot: Robot, diagnosis: Diagnosis) -> tuple[Robot, list[Finding]]:
             findings.append(warning(subject, "inertia-not-repaired", problem))
         elif inertia != link.inertia:
             swap = ", ixz and iyz swapped back" if diagnosis.swapped else ""
-            before, after = (_gyration(i) for i in (link.inertia, inertia))
+            before, after = (i.radius_of_gyration for i in (link.inertia, inertia))
             problem = (
                 f"inertia moved from the origin of the design to the centre of mass{swap}; "
                 f"radius of gyration {before:.3g} m became {after:.3g} m"
@@ -123,26 +122,15 @@ def about_com(inertia: Inertia, r: Vector3, swapped: bool) -> Inertia:
     """
     if swapped:
         inertia = replace(inertia, ixz=inertia.iyz, iyz=inertia.ixz)
-    x, y, z = map(subtract, inertia.matrix, point_inertia(inertia.mass, r))
-    return Inertia.of(inertia.mass, inertia.com, (x, y, z))
+    return replace(Inertia.of_origin(inertia.mass, r, inertia.matrix), com=inertia.com)
 
 
 def _is_far(inertia: Inertia, r: Vector3) -> bool:
-    if not finite(_flat((r, *inertia.matrix))) or not 0.0 < inertia.mass < math.inf:
+    if not finite((*r, *inertia.entries)) or not 0.0 < inertia.mass < math.inf:
         return False
-    return 0.0 < FAR * _gyration(inertia) <= math.hypot(*r)
-
-
-def _gyration(inertia: Inertia) -> float:
-    """Return the radius of gyration, √(½ tr I / m), in [m]; zero for zero mass or inertia."""
-    square = 0.5 * (inertia.ixx + inertia.iyy + inertia.izz)
-    return math.sqrt(square / inertia.mass) if square > 0.0 and inertia.mass > 0.0 else 0.0
+    return 0.0 < FAR * inertia.radius_of_gyration <= math.hypot(*r)
 
 
 def _is_body(inertia: Inertia) -> bool:
-    matrix: Matrix3 = inertia.matrix
-    return finite(_flat(matrix)) and positive_semidefinite(density_matrix(matrix))
-
-
-def _flat(rows: Iterable[Vector3]) -> list[float]:
-    return [entry for row in rows for entry in row]
+    is_finite = finite(inertia.entries)
+    return is_finite and positive_semidefinite(density_matrix(inertia.matrix))

@@ -13,16 +13,12 @@ from ..model.joint import Joint, Motion
 from ..model.pose import IDENTITY, Pose
 from ..model.robot import WORLD, Inertia, Link, Robot
 from ..model.rotations import (
-    Matrix3,
-    add,
     apply,
     compose,
     inverse,
     normalized,
-    point_inertia,
     rotate,
     rotation,
-    subtract,
 )
 from .part_map import PartMap
 
@@ -143,31 +139,8 @@ def _union(link: Link, parts: list[Link]) -> Link:
     """Merge a link and the parts fixed to it; all parts are in the link's frame."""
     meshes = tuple(mesh for part in parts for mesh in part.meshes)
     shapes = tuple(shape for part in parts for shape in part.shapes)
-    inertias = [part.inertia for part in parts]
-    inertia = inertias[0] if len(parts) == 1 else _sum(inertias)
+    inertia = Inertia.of_bodies([part.inertia for part in parts])
     return replace(link, inertia=inertia, meshes=meshes, shapes=shapes)
-
-
-def _sum(bodies: list[Inertia]) -> Inertia:
-    """Return the inertia of several rigidly connected bodies.
-
-    If the total mass is zero, the centre of mass of the first body is used.
-    """
-    mass = sum(body.mass for body in bodies)
-    com = bodies[0].com
-    if mass > 0.0:
-        x, y, z = (sum(body.mass * body.com[i] for body in bodies) / mass for i in range(3))
-        com = (x, y, z)
-    matrix: Matrix3 = ((0.0, 0.0, 0.0),) * 3
-    for body in bodies:
-        away = point_inertia(body.mass, subtract(body.com, com))
-        rows = body.matrix
-        matrix = (
-            add(matrix[0], add(rows[0], away[0])),
-            add(matrix[1], add(rows[1], away[1])),
-            add(matrix[2], add(rows[2], away[2])),
-        )
-    return Inertia.of(mass, com, matrix)
 
 
 def _with_targets(robot: Robot, targets: Targets) -> Robot:

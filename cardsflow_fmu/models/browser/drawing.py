@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
-from sim_dart.core.composite_inertia import CompositeInertia
+from sim_dart.calibration.inertia import inertia_numbers
 from sim_dart.core.frames import moving_frames
 
 
@@ -45,9 +45,5 @@ def drawing_tables(
 def link_moments(robot: Robot) -> NDArray[np.float64]:
     """Return mass, first and second moments of each link in its moving frame, shape (links, 10)."""
     _, places = moving_frames(robot)
-    rows = []
-    for link in robot.links:
-        body = CompositeInertia()
-        body.add(link.inertia, places[link.name].T_frame_link)
-        rows.append(body.moments)
+    rows = [inertia_numbers(places[link.name].inertia(link.inertia)) for link in robot.links]
     return np.array(rows).reshape(-1, 10)

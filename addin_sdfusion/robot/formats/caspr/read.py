@@ -12,7 +12,7 @@ from ...finding import Subject
 from ...model.joint import Coordinate, Joint, Motion
 from ...model.pose import Pose, Vector3
 from ...model.robot import WORLD, Inertia, Link, Robot
-from ...model.rotations import normalized, point_inertia
+from ...model.rotations import normalized
 from ..reading.unique_names import with_unique_names
 from ..reading.xml import Node, Notes, parse, short_repr
 from .joints import CASPR_AXIS_JOINTS, CASPR_JOINTS, CasprJoint
@@ -110,15 +110,14 @@ def _inertia(physical: Node, mass: float, com: Vector3) -> Inertia:
     node = physical.required("inertia")
     if node is None:
         return Inertia(mass, com)
-    entries = {tag: node.number(f"I{tag}") for tag in ("xx", "yy", "zz", "xy", "xz", "yz")}
+    entries = (node.number(f"I{tag}") for tag in ("xx", "yy", "zz", "xy", "xz", "yz"))
+    inertia = Inertia(mass, com, *entries)
     reference = node.attribute("ref")
     if reference == "joint":
-        rows = point_inertia(mass, com)
-        shift = {a + b: rows[i][j] for i, a in enumerate("xyz") for j, b in enumerate("xyz")}
-        entries = {tag: value - shift[tag] for tag, value in entries.items()}
-    elif reference != "com":
+        return Inertia.of_origin(mass, com, inertia.matrix)
+    if reference != "com":
         node.error("bad-reference", f"ref {short_repr(reference)} must be 'com' or 'joint'")
-    return Inertia(mass, com, **{f"i{tag}": value for tag, value in entries.items()})
+    return inertia
 
 
 def _joint(link: Node, number: int, links: list[Link]) -> Joint:

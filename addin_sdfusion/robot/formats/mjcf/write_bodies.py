@@ -153,11 +153,10 @@ def _resistance_attributes(c: Coordinate) -> dict[str, str]:
 
 
 def _add_inertial(body: ElementTree.Element, inertia: Inertia) -> None:
-    i = inertia
     element(
         body,
         "inertial",
-        pos=numbers(i.com),
-        mass=numbers([i.mass]),
-        fullinertia=numbers((i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz)),
+        pos=numbers(inertia.com),
+        mass=numbers([inertia.mass]),
+        fullinertia=numbers(inertia.entries),
     )

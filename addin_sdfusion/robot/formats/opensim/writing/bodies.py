@@ -97,7 +97,6 @@ def _add_meshes(
 
 
 def _add_mass(body: ElementTree.Element, inertia: Inertia, min_mass: float) -> None:
-    i = inertia
-    element(body, "mass", max(i.mass, min_mass))
-    element(body, "mass_center", numbers(i.com))
-    element(body, "inertia", numbers((i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz)))
+    element(body, "mass", max(inertia.mass, min_mass))
+    element(body, "mass_center", numbers(inertia.com))
+    element(body, "inertia", numbers(inertia.entries))
