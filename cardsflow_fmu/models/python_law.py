@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
-from controllers import OperationalSpaceSolution, Posture
+from controllers import ForceSolution, OperationalSpaceSolution, Posture
+from controllers.laws.loop_in_c import Callbacks, LawStructure
 from controllers.qp.solver import DEFAULT_SOLVER
 from sim_dart import CoreDynamics, DartDynamics, control_dynamics
 from sim_dart.muscles.custom_laws import CustomLaws
@@ -19,26 +19,9 @@ from sim_dart.muscles.custom_laws import CustomLaws
 from .custom_law import CLASSES, Law, import_custom_law
 from .native.opened_model import OpenedModel
 
-_STATUSES = ("solved", "soft", "not converged", "failed")  # in the order of computed_torque.h
-
-_Row = ctypes.POINTER(ctypes.c_double)
-_Torque = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, *[_Row] * 6)
-_Solve = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, *[_Row] * 7)
-_Error = ctypes.CFUNCTYPE(None, ctypes.c_void_p, *[_Row] * 3)
-_Forces = ctypes.CFUNCTYPE(None, ctypes.c_void_p, _Row, _Row)
+_Forces = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)
 _Reach = ctypes.CFUNCTYPE(None, ctypes.c_void_p)
-_Invert = ctypes.CFUNCTYPE(None, ctypes.c_void_p, _Row)
-
-
-class _ControlLaw(ctypes.Structure):
-    """The C structure `control_law` in control_loop.h."""
-
-    _fields_ = (
-        ("self", ctypes.c_void_p),
-        ("torque", _Torque),
-        ("solve", _Solve),
-        ("error", _Error),
-    )
+_Invert = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 2)
 
 
 class _MuscleFunctions(ctypes.Structure):
@@ -73,34 +56,30 @@ class PythonController:
 
     def __init__(self, experiment: Experiment, opened: OpenedModel, valid: FloatArray) -> None:
         self._opened, self._valid = opened, valid
-        self._raised: BaseException | None = None
+        self._callbacks = calls = Callbacks()
         self._law: Law | None = None
         self._muscles = CustomLaws(experiment.robot)
         n = len(experiment.robot.coordinates)
-        law, muscles = _ControlLaw(), _MuscleFunctions()
+        law, muscles = LawStructure(), _MuscleFunctions()
         if law_in_python(experiment) is not None:
             dynamics = law_dynamics(experiment)
             self._law, self._slip = control_law(experiment, dynamics), dynamics.cable_slip
-            self._set_up(n)
-            law.solve, law.error = _Solve(self._solve), _Error(self._error)
+            self._bounds = opened.array("f_min"), opened.array("f_max")
+            self._gains = opened.array("kp"), opened.array("kd")
+            self._dropped = opened.array("limits_dropped")
+            self._parameters = [np.empty(0)] * 4
+            sizes = n, self._bounds[0].size, self._gains[0].size
+            law = calls.law(sizes, self._solve, self._law.error)
         if self._muscles:
             names = ("lengths", "rates", "force_low", "force_high", "commands")
             self._paths = [opened.array(name) for name in names]
             muscles.forces, muscles.reach, muscles.invert = (
-                _Forces(self._forces),
-                _Reach(self._reach),
-                _Invert(self._invert),
+                _Forces(calls.guard(self._forces)),
+                _Reach(calls.guard(self._reach)),
+                _Invert(calls.guard(self._invert)),
             )
-        self._callbacks = law, muscles  # C stores pointers to these structures
+        self._structures = law, muscles  # C stores pointers to these structures
         opened.use(law, muscles)
-
-    def _set_up(self, n: int) -> None:
-        opened = self._opened
-        self._bounds = opened.array("f_min"), opened.array("f_max")
-        self._gains = opened.array("kp"), opened.array("kd")
-        self._dropped = opened.array("limits_dropped")
-        self._n, self._r, self._a = n, self._gains[0].size, self._bounds[0].size
-        self._parameters = [np.empty(0)] * 4
 
     def initialize(self, t: float) -> None:
         """Set the start state of the controller and of the law."""
@@ -112,7 +91,7 @@ class PythonController:
         try:
             self._opened.step(t, h)
         finally:
-            self._raise_stored()
+            self._callbacks.raise_stored()
         if self._valid.size and not self._valid[0]:
             self._reset()
 
@@ -136,43 +115,14 @@ class PythonController:
         if self._law is not None:
             self._law.reset()
 
-    def _raise_stored(self) -> None:
-        raised, self._raised = self._raised, None
-        if raised is not None:
-            raise raised
-
-    def _catch(self, call: Callable[[], Any]) -> Any:
-        """Return the result of a call, or None after an exception.
-
-        The exception is stored, since it must not propagate through C.
-        """
-        try:
-            return call()
-        except BaseException as error:
-            self._raised = self._raised or error
-            return None
-
-    def _solve(self, _: int, *rows: Any) -> int:
-        status: int | None = self._catch(lambda: self._solve_law(*rows))
-        return _STATUSES.index("failed") if status is None else status
-
-    def _solve_law(
-        self, q: Any, qd: Any, reference: Any, correction: Any, load: Any, forces: Any, slack: Any
-    ) -> int:
-        law, n, r = self._law, self._n, self._r
+    def _solve(self, *state: FloatArray, **loads: FloatArray) -> ForceSolution:
+        law = self._law
         assert law is not None
         self._update_parameters(law)
-        position, velocity, acceleration = _array(reference, 3 * r).reshape(3, r)
-        solution = law.solve(
-            *(_array(q, n), _array(qd, n), position, velocity, acceleration),
-            w_e=_array(load, n),
-            correction=_array(correction, r),
-        )
-        _view(forces, self._a)[:] = solution.forces
-        _view(slack, r)[:] = solution.slack
+        solution = law.solve(*state, **loads)
         if isinstance(solution, OperationalSpaceSolution):
             self._dropped[0] = solution.limits_dropped
-        return _STATUSES.index(solution.status)
+        return solution
 
     def _update_parameters(self, law: Law) -> None:
         """Pass the current gains, force limits and slip directions of cables to the law."""
@@ -187,37 +137,19 @@ class PythonController:
             count = self._slip.states.size
             self._slip.states[:] = self._opened.array("law_states")[-count:]
 
-    def _error(self, _: int, q: Any, position: Any, error: Any) -> None:
-        law, r = self._law, self._r
-        assert law is not None
-        result = self._catch(lambda: law.error(_array(q, self._n), _array(position, r)))
-        if result is not None:
-            _view(error, r)[:] = result
-
-    def _forces(self, _: int, commands: Any, inner: Any) -> None:
+    def _forces(self, commands: int, inner: int) -> None:
         lengths, rates, *_others = self._paths
-        u = _array(commands, lengths.size)
-        forces = self._catch(lambda: self._muscles.forces(u, lengths, rates))
-        if forces is not None:
-            _view(inner, lengths.size)[:] = forces
+        u = self._callbacks.read(commands, lengths.size)
+        self._callbacks.view(inner, lengths.size)[:] = self._muscles.forces(u, lengths, rates)
 
-    def _reach(self, _: int) -> None:
+    def _reach(self) -> None:
         lengths, rates, low, high, _commands = self._paths
-        self._catch(lambda: self._muscles.reach(low, high, lengths, rates))
+        self._muscles.reach(low, high, lengths, rates)
 
-    def _invert(self, _: int, forces: Any) -> None:
+    def _invert(self, forces: int) -> None:
         lengths, rates, _low, _high, commands = self._paths
-        desired = _array(forces, lengths.size)
-        self._catch(lambda: self._muscles.invert(commands, desired, lengths, rates))
-
-
-def _view(row: Any, size: int) -> FloatArray:
-    """Return a view of the C memory at a pointer."""
-    return np.ctypeslib.as_array(row, (size,))
-
-
-def _array(row: Any, size: int) -> FloatArray:
-    return _view(row, size).copy()
+        desired = self._callbacks.read(forces, lengths.size)
+        self._muscles.invert(commands, desired, lengths, rates)
 
 
 def law_dynamics(experiment: Experiment) -> CoreDynamics | DartDynamics:

@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import Dynamics, actuator_names, bias_torque
-from controllers.force_distribution.solution import STATUSES, ForceSolution
+from controllers.dynamics import Dynamics, actuator_names
+from controllers.force_distribution.solution import ForceSolution
 from controllers.validation import (
     check_sizes,
     is_finite,
@@ -29,7 +29,7 @@ from controllers.validation import (
     smallest_forces,
 )
 
-from . import loop_in_c
+from .loop_in_c import Callbacks, LoopInC
 
 
 class ControlLaw(Protocol):
@@ -89,7 +89,9 @@ class ControlLoop:
         n, m, r = len(law.dynamics.coordinate_names), len(actuator_names(law.dynamics)), len(names)
         self.law = law
         self._n, self._r, self._observer = n, r, observer
-        self._loop = loop_in_c.LoopInC(n, m, r, self)
+        callbacks = Callbacks()
+        structure = callbacks.law((n, m, r), self._solve, law.error)
+        self._loop = LoopInC(law.dynamics, r, callbacks, structure)
         self._loop.write(ki=named_vector("ki", ki, names), delay=delay, predict=predict)
         self.set_period(period)
         self.reset(smallest_forces(law.dynamics.f_min, law.dynamics.f_max))
@@ -191,18 +193,6 @@ class ControlLoop:
             )
         remembered[:] = state
 
-    # Callbacks of the C loop.
-
-    def terms(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return M, h = C + G + D qd, and L at a state."""
-        robot = self.law.dynamics
-        return robot.mass_matrix(q), bias_torque(robot, q, qd), robot.actuator_jacobian(q)
-
-    def solve(
-        self, q: FloatArray, qd: FloatArray, reference: FloatArray, load: FloatArray
-    ) -> tuple[int, FloatArray, FloatArray]:
-        """Solve the law and return status, forces and slack."""
-        correction = self._loop["correction"].copy()
-        self._solution = self.law.solve(q, qd, *reference, w_e=load, correction=correction)
-        solution = self._solution
-        return STATUSES.index(solution.status), solution.forces, solution.slack
+    def _solve(self, *state: FloatArray, **loads: FloatArray) -> ForceSolution:
+        self._solution = self.law.solve(*state, **loads)
+        return self._solution

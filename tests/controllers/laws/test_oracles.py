@@ -312,32 +312,21 @@ def test_loop_in_c_distributes_the_torque_of_a_callback() -> None:
 
     law = PdPlus(robot, 1.0, 1.0)
 
-    class TorqueCallback:
-        """Callback of the loop that only computes the torque."""
+    callbacks, P = loop_in_c.Callbacks(), ctypes.c_void_p
+    view, read = callbacks.view, callbacks.read
 
-        def __init__(self) -> None:
-            self.law = law
-            loop = loop_in_c.LoopInC(2, 4, 2, self)
-            self.loop, view = loop, loop_in_c.dual_newton.view
+    def compute(q, qd, reference, correction, load, tau):
+        state = read(q, 2), read(qd, 2), *read(reference, 6).reshape(3, 2)
+        loads = {"w_e": read(load, 2), "correction": read(correction, 2)}
+        view(tau, 2)[:] = law.required_torque(*state, **loads)
+        return 0
 
-            def torque(_, q, qd, reference, correction, load, tau):
-                values = (view(address, 2).copy() for address in (q, qd))
-                desired = view(reference, 6).copy().reshape(3, 2)
-                loads = {"w_e": view(load, 2), "correction": view(correction, 2)}
-                view(tau, 2)[:] = law.required_torque(*values, *desired, **loads)
-                return 0
-
-            P = ctypes.c_void_p
-            self.torque = ctypes.PYFUNCTYPE(ctypes.c_int, P, P, P, P, P, P, P)(torque)
-            self.custom = (P * 4)(None, ctypes.cast(self.torque, P), None, None)
-            library().control_loop_set_law(loop.handle, self.custom)
-            loop.write(H_f=1.0, f_min=robot.f_min, f_max=robot.f_max)
-
-        def terms(self, q, qd):
-            return robot.mass_matrix(q), bias_torque(robot, q, qd), robot.actuator_jacobian(q)
-
-    callback, rng = TorqueCallback(), np.random.default_rng(0)
+    torque = ctypes.CFUNCTYPE(ctypes.c_int, *[P] * 7)(callbacks.guard(compute, 1))
+    structure = loop_in_c.LawStructure(torque=ctypes.cast(torque, P))
+    loop = loop_in_c.LoopInC(robot, 2, callbacks, structure)
+    loop.write(H_f=1.0, f_min=robot.f_min, f_max=robot.f_max)
+    rng = np.random.default_rng(0)
     for q, qd, *reference, load in rng.uniform(-0.1, 0.1, (20, 6, 2)):
-        callback.loop.tick(1e-3, q, qd, np.array(reference), load)
+        loop.tick(1e-3, q, qd, np.array(reference), load)
         expected = law.solve(q, qd, *reference, w_e=load, correction=np.zeros(2))
-        np.testing.assert_allclose(callback.loop["acting"], expected.forces, atol=1e-9)
+        np.testing.assert_allclose(loop["acting"], expected.forces, atol=1e-9)
