@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-import struct
-import zlib
 from collections.abc import Callable
-from itertools import pairwise
 from pathlib import Path
+
+from PIL import Image, ImageDraw
 
 COMMANDS = Path(__file__).parents[1] / "addin_sdfusion" / "commands"
 SIZES = {
@@ -17,10 +15,12 @@ SIZES = {
     "32x32@2x": 64,
     "64x64": 64,
 }
-SAMPLES = 4  # along each side of a pixel
+SAMPLES = 16  # along each side of a pixel
 
 Color = tuple[int, int, int]
-Layer = tuple[Color, Callable[[float, float], bool]]
+Shape = Callable[[ImageDraw.ImageDraw, Color, int], None]
+"""Function that draws a shape in a color on a square with a width in pixels."""
+Layer = tuple[Color, Shape]
 RED, BLUE, GREY, WHITE, GREEN, AMBER = (
     (224, 64, 64),
     (56, 132, 206),
@@ -32,41 +32,33 @@ RED, BLUE, GREY, WHITE, GREEN, AMBER = (
 """Red, blue and grey, which are visible on light and dark toolbars."""
 
 
-def line(*points: tuple[float, float], width: float) -> Callable[[float, float], bool]:
+def line(*points: tuple[float, float], width: float) -> Shape:
     """Return the shape of a line with round ends; coordinates are 0 to 1, y downwards."""
 
-    def inside(x: float, y: float) -> bool:
-        return any(distance(x, y, a, b) <= width / 2 for a, b in pairwise(points))
+    def draw(canvas: ImageDraw.ImageDraw, color: Color, size: int) -> None:
+        ends = [(size * x, size * y) for x, y in points]
+        canvas.line(ends, color, round(width * size))
+        for end in ends:
+            canvas.circle(end, width * size / 2, color)
 
-    return inside
-
-
-def distance(x: float, y: float, a: tuple[float, float], b: tuple[float, float]) -> float:
-    """Return the distance of a point from the line segment between two others."""
-    dx, dy = b[0] - a[0], b[1] - a[1]
-    t = ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy)
-    t = min(max(t, 0.0), 1.0)
-    return math.hypot(x - a[0] - t * dx, y - a[1] - t * dy)
+    return draw
 
 
-def disc(x0: float, y0: float, radius: float) -> Callable[[float, float], bool]:
+def disc(x: float, y: float, radius: float) -> Shape:
     """Return the shape of a filled circle."""
-    return lambda x, y: math.hypot(x - x0, y - y0) <= radius
+    return lambda canvas, color, size: canvas.circle((size * x, size * y), size * radius, color)
 
 
-def box(x0: float, y0: float, x1: float, y1: float) -> Callable[[float, float], bool]:
+def polygon(*corners: tuple[float, float]) -> Shape:
+    """Return the shape of a filled polygon."""
+    return lambda canvas, color, size: canvas.polygon(
+        [(size * x, size * y) for x, y in corners], color
+    )
+
+
+def box(x0: float, y0: float, x1: float, y1: float) -> Shape:
     """Return the shape of a filled rectangle."""
-    return lambda x, y: x0 <= x <= x1 and y0 <= y <= y1
-
-
-def triangle(*corners: tuple[float, float]) -> Callable[[float, float], bool]:
-    """Return the shape of a filled triangle with clockwise corners."""
-
-    def inside(x: float, y: float) -> bool:
-        ends = zip(corners, (*corners[1:], corners[0]), strict=True)
-        return all((c - a) * (y - b) - (d - b) * (x - a) >= 0.0 for (a, b), (c, d) in ends)
-
-    return inside
+    return polygon((x0, y0), (x1, y0), (x1, y1), (x0, y1))
 
 
 ICONS: dict[str, list[Layer]] = {
@@ -98,7 +90,7 @@ SEVERITIES: dict[str, list[Layer]] = {
         (WHITE, line((0.68, 0.32), (0.32, 0.68), width=0.13)),
     ],
     "warning": [
-        (AMBER, triangle((0.5, 0.06), (0.96, 0.9), (0.04, 0.9))),
+        (AMBER, polygon((0.5, 0.06), (0.96, 0.9), (0.04, 0.9))),
         (WHITE, line((0.5, 0.36), (0.5, 0.6), width=0.12)),
         (WHITE, disc(0.5, 0.77, 0.07)),
     ],
@@ -106,45 +98,17 @@ SEVERITIES: dict[str, list[Layer]] = {
 """Icons of the buttons in the rows of Check."""
 
 
-def pixels(layers: list[Layer], size: int, faint: bool = False) -> bytes:
-    """Return the bytes of an icon: each row after the filter byte of PNG."""
-    rows = bytearray()
-    for row in range(size):
-        rows.append(0)
-        for column in range(size):
-            rows += pixel(layers, column / size, row / size, 1 / size, faint)
-    return bytes(rows)
-
-
-def pixel(layers: list[Layer], x: float, y: float, width: float, faint: bool) -> bytes:
-    """Return red, green, blue and opacity of a square as the mean over its samples."""
-    sums, covered = [0, 0, 0], 0
-    for i in range(SAMPLES * SAMPLES):
-        u = x + width * (i % SAMPLES + 0.5) / SAMPLES
-        v = y + width * (i // SAMPLES + 0.5) / SAMPLES
-        colors = [color for color, inside in layers if inside(u, v)]
-        if colors:
-            covered += 1
-            sums = [s + c for s, c in zip(sums, colors[-1], strict=True)]
-    if not covered:
-        return bytes(4)
-    color = [round(s / covered) for s in sums]
+def icon(layers: list[Layer], size: int, *, faint: bool = False) -> Image.Image:
+    """Return an icon with smooth edges."""
+    width = SAMPLES * size
+    large = Image.new("RGBA", (width, width))
+    for color, draw in layers:
+        draw(ImageDraw.Draw(large), color, width)
+    image = large.resize((size, size), Image.Resampling.BOX)
     if faint:
-        color = [round(sum(color) / 3)] * 3
-    opacity = round(255 * covered / SAMPLES**2 * (0.4 if faint else 1.0))
-    return bytes([*color, opacity])
-
-
-def png(data: bytes, size: int) -> bytes:
-    """Return pixels as a PNG file."""
-
-    def chunk(kind: bytes, content: bytes) -> bytes:
-        crc = zlib.crc32(kind + content)
-        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", crc)
-
-    header = struct.pack(">IIBBBBB", size, size, 8, 6, 0, 0, 0)
-    parts = (chunk(b"IHDR", header), chunk(b"IDAT", zlib.compress(data, 9)), chunk(b"IEND", b""))
-    return b"\x89PNG\r\n\x1a\n" + b"".join(parts)
+        grey, opacity = image.convert("LA").split()
+        image = Image.merge("LA", (grey, opacity.point(lambda value: 0.4 * value))).convert("RGBA")
+    return image
 
 
 def main() -> None:
@@ -160,10 +124,9 @@ def write(layers: list[Layer], folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for name, size in SIZES.items():
         plain, _, scale = name.partition("@")
-        (folder / f"{name}.png").write_bytes(png(pixels(layers, size), size))
-        faint = png(pixels(layers, size, faint=True), size)
         scale = f"@{scale}" if scale else ""
-        (folder / f"{plain}-disabled{scale}.png").write_bytes(faint)
+        icon(layers, size).save(folder / f"{name}.png", optimize=True)
+        icon(layers, size, faint=True).save(folder / f"{plain}-disabled{scale}.png", optimize=True)
 
 
 if __name__ == "__main__":

@@ -196,23 +196,21 @@ def _image(file: Path, width: int, text: str = "") -> str:
 
 def picture() -> None:
     """Draw the page with Chromium, in few colours."""
-    chromium = shutil.which("chromium") or shutil.which("google-chrome")
-    if chromium is None:
-        sys.exit("there is no Chromium on this machine")
     PICTURE.parent.mkdir(exist_ok=True)
-    PICTURE.write_bytes(shot(chromium, page(), (2400, 3000), 64))
+    PICTURE.write_bytes(shot(page(), (2400, 3000), 64))
     for dialog, example in DIALOGS:
         tab = next((item for item in dialog.inputs if item.kind == "tab"), None)
         body = f"<style>body {{ margin: 6px; zoom: 0.75 }}</style>{window(dialog, example, tab)}"
         width = round(0.75 * dialog.size[0]) + 24
         clip = ROOT / "addin_sdfusion/commands" / dialog.folder / "resources/toolclip.png"
-        clip.write_bytes(
-            shot(chromium, f"<!DOCTYPE html><style>{STYLE}</style>{body}", (width, 900), 16, 6)
-        )
+        clip.write_bytes(shot(f"<!DOCTYPE html><style>{STYLE}</style>{body}", (width, 900), 16, 6))
 
 
-def shot(chromium: str, text: str, size: tuple[int, int], colors: int, margin: int = 24) -> bytes:
+def shot(text: str, size: tuple[int, int], colors: int, margin: int = 24) -> bytes:
     """Return a PNG of a page with a number of colours, without empty right and lower margins."""
+    chromium = shutil.which("chromium") or shutil.which("google-chrome")
+    if chromium is None:
+        sys.exit("there is no Chromium on this machine")
     with tempfile.TemporaryDirectory() as folder:
         shot, html = Path(folder) / "page.png", Path(folder) / "page.html"
         html.write_text(text, encoding="utf-8")

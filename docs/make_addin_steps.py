@@ -7,9 +7,8 @@ Each picture shows the design with the preview of the add-in, and the dialog of 
 
 from __future__ import annotations
 
-import shutil
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,6 +19,7 @@ ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "docs"), str(ROOT / "tests"), str(ROOT / "tests/support")]
 
 import fake_fusion  # noqa: E402
+from addin_examples import Example  # noqa: E402
 from fake_fusion import Builder  # noqa: E402
 from fake_fusion.maths import point, rotation, translation  # noqa: E402
 from make_addin_page import DEFINE, STYLE, shot, window  # noqa: E402
@@ -197,18 +197,7 @@ def _project(place: np.ndarray) -> tuple[float, float]:
 # The dialog
 
 
-class _Shown(NamedTuple):
-    """Content of the dialog, as `addin_examples.Example`."""
-
-    values: Mapping[str, Any]
-    cells: Mapping[str, tuple[tuple[str, ...], ...]]
-    choices: Mapping[str, tuple[bool, ...]]
-    selected: Mapping[str, int] = {}
-    hidden: tuple[str, ...] = ("properties",)
-    icons: Mapping[str, Mapping[str, str]] = {}
-
-
-def _example(command: Any, tab: Input) -> _Shown:
+def _example(command: Any, tab: Input) -> Example:
     """Return the contents of the inputs of a tab."""
     values, cells, choices = {}, {}, {}
     for item in (*tab.children, *(i for i in DEFINE.inputs if i.kind != "tab")):
@@ -225,7 +214,7 @@ def _example(command: Any, tab: Input) -> _Shown:
             values[item.id] = command[item.id].value
         elif item.kind == "slider":
             values[item.id] = command[item.id].valueOne
-    return _Shown(values, cells, choices)
+    return Example(values, cells, choices, hidden=("properties",))
 
 
 def _text(cell: Any) -> str:
@@ -235,13 +224,10 @@ def _text(cell: Any) -> str:
 
 def main() -> None:
     """Write all pictures."""
-    chromium = shutil.which("chromium") or shutil.which("google-chrome")
-    if chromium is None:
-        sys.exit("there is no Chromium on this machine")
     IMAGES.mkdir(parents=True, exist_ok=True)
     for step in steps():
         file = IMAGES / f"{step.name}.png"
-        file.write_bytes(shot(chromium, step.page, (900, 700), 96, 6))
+        file.write_bytes(shot(step.page, (900, 700), 96, 6))
         print(file, file.stat().st_size, f"{step.clicks} clicks")
 
 
