@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import Finding, InputError
+from cardsflow_fmu.utils.interrupts import collect_interrupts
 
 from .common import (
     GOOD,
@@ -219,8 +220,8 @@ def _live_view(
 
         def replay(result: Result) -> None:
             server.replace(replay_page([view.act_of(result)]))
-            with view.catch_interrupt() as ended:
-                view.wait_until(ended)
+            with collect_interrupts() as received:
+                view.wait_for_interrupt(received)
 
         stage = act.stage
         yield stream_frames(server, stage.robot, stage.meshes, experiment.scene), replay

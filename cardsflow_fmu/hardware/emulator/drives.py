@@ -19,6 +19,7 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.settings.hardware import MotorSettings
+from cardsflow_fmu.hardware.protocol.signals import actuator_bounds
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import SpringMotors
 
@@ -43,13 +44,7 @@ class Drive(Protocol):
         """
 
     def resume(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Initialise the motors with the forces of the safe state.
-
-        Args:
-            lengths: l, shape (m,), in [m].
-            rates: l' = L qd, shape (m,), in [m/s].
-            forces: f, shape (m,), in [N].
-        """
+        """Initialise the motors with the forces of the safe state; arguments as for `calibrate`."""
 
     def tensions(
         self, command: FloatArray, lengths: FloatArray, rates: FloatArray, dt: float
@@ -155,26 +150,10 @@ def make_drive(settings: MotorSettings, robot: Robot) -> Drive:
     Raises:
         InputError: A constant is out of range; the message names the muscle.
     """
-    f_min, f_max = force_bounds(robot)
+    f_min, f_max = (bound[: len(robot.muscles)] for bound in actuator_bounds(robot))
     if settings.command == "force":
         return ForceDrive(f_min, f_max)
     return SpringDrive(settings, [muscle.name for muscle in robot.muscles], f_max)
-
-
-def force_bounds(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Return f_min and f_max of the muscles, shape (m,) each, in [N]."""
-    return (
-        np.array([muscle.f_min for muscle in robot.muscles]),
-        np.array([muscle.f_max for muscle in robot.muscles]),
-    )
-
-
-def torque_bounds(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Return tau_min and tau_max of the joint motors, shape (motors,) each, in [N·m] or [N]."""
-    return (
-        np.array([motor.tau_min for motor in robot.motors]),
-        np.array([motor.tau_max for motor in robot.motors]),
-    )
 
 
 class Lag:

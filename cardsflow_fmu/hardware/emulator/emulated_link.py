@@ -8,7 +8,7 @@ link waits. Therefore runs are repeatable, and the controller's computing time i
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 
 from cardsflow_fmu.experiment.settings.hardware import Faults
 from cardsflow_fmu.hardware.device.device import Device
@@ -85,11 +85,7 @@ class EmulatedWorld:
             self.device.advance(self.device.step)
             self._steps += 1
         self.device.tick(self.now)
-        for data, peer in self.line.due(self.now):
-            self._deliver(data, peer)
-
-    def _deliver(self, data: bytes, peer: Hashable) -> None:
-        self.answers.append(data)
+        self.answers += [data for data, _ in self.line.due(self.now)]
 
 
 class EmulatedLink(FramedLink):

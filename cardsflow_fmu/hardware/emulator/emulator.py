@@ -15,12 +15,12 @@ from cardsflow_fmu.experiment.settings.hardware import (
     SensorSettings,
 )
 from cardsflow_fmu.experiment.settings.loads import DisturbanceSettings
-from cardsflow_fmu.hardware.protocol.signals import require_forces
+from cardsflow_fmu.hardware.protocol.signals import actuator_bounds, require_forces
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.validation import named_vector, smallest_forces
 from sim_dart import Plant
 
-from .drives import Drive, Lag, force_bounds, make_drive, torque_bounds
+from .drives import Drive, Lag, make_drive
 from .failures import Failures, Measurement
 from .sensors import Sensors
 
@@ -89,7 +89,8 @@ class EmulatedRobot:
         if motors is None or isinstance(motors, MotorSettings):
             motors = make_drive(motors or MotorSettings(), robot)
         self.drive: Drive = motors
-        torques = torque_bounds(robot)
+        lower, upper = actuator_bounds(robot)
+        torques = lower[m:], upper[m:]
         self.bounds = (
             np.concatenate([self.drive.lower, torques[0]]),
             np.concatenate([self.drive.upper, torques[1]]),
@@ -99,7 +100,7 @@ class EmulatedRobot:
         self._sensors = Sensors(sensors or SensorSettings(), n, m)
         names = [muscle.name for muscle in robot.muscles]
         self._failures = Failures(failures, names, [c.name for c in robot.coordinates])
-        self._safe_forces, _ = force_bounds(robot)
+        self._safe_forces = lower[:m]
         if safe_forces is not None:
             self._safe_forces = named_vector("safe_forces", safe_forces, names)
         self.reset()

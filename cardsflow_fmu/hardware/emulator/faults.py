@@ -11,9 +11,9 @@ import math
 import random
 from collections import Counter
 from collections.abc import Hashable
-from typing import Protocol
 
 from cardsflow_fmu.experiment.settings.hardware import Faults
+from cardsflow_fmu.hardware.device.device import Device
 
 _MAX_DAMAGED_BYTES = 8
 _RESIZED_FRACTION = 0.2
@@ -116,13 +116,6 @@ class FaultyChannel:
         return bytes(changed)
 
 
-class Receiver(Protocol):
-    """Interface of a receiver of frames, such as `Device`."""
-
-    def receive(self, data: bytes, peer: Hashable, now: float) -> list[bytes]:
-        """Process a frame and return the answers to the same peer."""
-
-
 class FaultyLine:
     """Two-way line to a device, with faults in both directions.
 
@@ -130,7 +123,7 @@ class FaultyLine:
         inward, outward: Directions to the device and from the device.
     """
 
-    def __init__(self, device: Receiver, faults: Faults) -> None:
+    def __init__(self, device: Device, faults: Faults) -> None:
         self._device = device
         self.inward = FaultyChannel(faults, "inward")
         self.outward = FaultyChannel(faults, "outward")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.cosim.signals.hardware import MEASURED_TORQUE
 from cardsflow_fmu.cosim.signals.muscles import modelled_muscles
@@ -16,6 +18,7 @@ from cardsflow_fmu.cosim.signals.ports import (
     muscle_signals,
 )
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings, MotorSettings
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .signature import port_signature
 
@@ -73,6 +76,13 @@ def hardware_signature(robot: Robot, settings: HardwareSettings) -> int:
     commands, states = hardware_signals(robot, settings)
     kind = settings.motors.command
     return port_signature(commands, states, command_kind=kind, scale=settings.scale)
+
+
+def actuator_bounds(robot: Robot) -> tuple[FloatArray, FloatArray]:
+    """Return lower and upper limits of muscle forces and then motor torques, shape (a,) each."""
+    low = [*(m.f_min for m in robot.muscles), *(c.tau_min for c in robot.motors)]
+    high = [*(m.f_max for m in robot.muscles), *(c.tau_max for c in robot.motors)]
+    return np.array(low), np.array(high)
 
 
 def _command_prefix_and_unit(motors: MotorSettings) -> tuple[str, str]:

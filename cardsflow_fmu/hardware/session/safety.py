@@ -10,6 +10,7 @@ from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.cosim.signals.ports import force_unit
 from cardsflow_fmu.experiment.settings.hardware import SafetySettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.signals import actuator_bounds
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.validation import smallest_forces
 
@@ -169,13 +170,6 @@ class Guard:
         """Return the ramp factor s at time t."""
         duration = self._settings.ramp_in
         return 1.0 if t - self._start >= duration else (t - self._start) / duration
-
-
-def actuator_bounds(robot: Robot) -> tuple[FloatArray, FloatArray]:
-    """Return lower and upper limits of muscle forces and then motor torques, shape (a,) each."""
-    low = [*(m.f_min for m in robot.muscles), *(c.tau_min for c in robot.motors)]
-    high = [*(m.f_max for m in robot.muscles), *(c.tau_max for c in robot.motors)]
-    return np.array(low), np.array(high)
 
 
 def _array(values: tuple[float, ...], count: int, default: float) -> FloatArray:

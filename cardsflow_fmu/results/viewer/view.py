@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
-import signal
-import threading
 import time
 import webbrowser
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +17,7 @@ from cardsflow_fmu.results.estimation import describe_event
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.results.saved_run import is_run, opened_run, require_not_experiment
 from cardsflow_fmu.results.verdict import failure_text
+from cardsflow_fmu.utils.interrupts import collect_interrupts
 from cardsflow_fmu.utils.overwrite import output_file, write_output
 
 from .html.page import replay_page
@@ -33,7 +31,6 @@ from .scene.stage import Stage
 PAGES = (".html", ".htm")
 """Suffixes of HTML pages."""
 
-Ended = Callable[[], bool]
 NoteFindings = Callable[[Sequence[Finding]], object]
 
 
@@ -140,9 +137,9 @@ def serve(
         port: The port (default: the first free port from 8080).
         report: Called with a line that contains the address.
     """
-    with catch_interrupt() as ended, page_server(page, port, actions, token) as server:
+    with collect_interrupts() as received, page_server(page, port, actions, token) as server:
         announce(server.address, browser=browser, report=report)
-        wait_until(ended)
+        wait_for_interrupt(received)
 
 
 def announce(address: str, *, browser: bool, report: Callable[[str], object]) -> None:
@@ -152,9 +149,9 @@ def announce(address: str, *, browser: bool, report: Callable[[str], object]) ->
         webbrowser.open(address)
 
 
-def wait_until(ended: Ended) -> None:
-    """Wait until a function returns true."""
-    while not ended():
+def wait_for_interrupt(received: Sequence[int]) -> None:
+    """Wait until Ctrl-C is pressed; see `collect_interrupts`."""
+    while not received:
         time.sleep(0.1)
 
 
@@ -190,17 +187,3 @@ def acts_of(
             raise InputError(problem, key="--cable-set")
         return [run_act(path, full_scale=full_scale) for path in paths]
     return [robot_act(paths[0], cable_set, note=note)]
-
-
-@contextlib.contextmanager
-def catch_interrupt() -> Iterator[Ended]:
-    """Provide a function that returns whether Ctrl-C was pressed."""
-    pressed = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield pressed.is_set
-        return
-    before = signal.signal(signal.SIGINT, lambda *_: pressed.set())
-    try:
-        yield pressed.is_set
-    finally:
-        signal.signal(signal.SIGINT, before)

@@ -15,6 +15,8 @@ from .worker import Job
 
 _MAX_LOST = 3  # runs that may kill their workers before the first run is complete
 
+_ATTEMPTS = 3  # submissions of a run whose workers die
+
 Store = Callable[[Run, Outcome], None]
 
 
@@ -107,7 +109,7 @@ class _Dispatcher:
         """Resubmit a run whose worker died, or mark it as failed."""
         self._deaths[run.index] += counts
         times = self._deaths[run.index]
-        if times < self._executor.attempts:
+        if times < _ATTEMPTS:
             self._suspects.append(run)
             return
         self._lost_runs += 1

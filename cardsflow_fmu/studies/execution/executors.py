@@ -27,11 +27,9 @@ class RunExecutor(Protocol):
 
     Attributes:
         window: Maximum number of pending runs.
-        attempts: Maximum number of submissions of a run whose workers die.
     """
 
     window: int
-    attempts: int
 
     def submit(self, job: Job, settings: Mapping[str, Any]) -> Future[Outcome]:
         """Submit a run."""
@@ -45,8 +43,6 @@ class ProcessExecutor:
 
     The processes end immediately on Ctrl-C and when this process ends or is killed.
     """
-
-    attempts = 3
 
     def __init__(self, jobs: int) -> None:
         self.window = _PER_WORKER * jobs
@@ -82,8 +78,6 @@ class ProcessExecutor:
 
 class ExecutorAdapter:
     """An adapter for an executor that the caller opens and closes."""
-
-    attempts = 3
 
     def __init__(self, executor: Executor, workers: int) -> None:
         self.window = _PER_WORKER * workers

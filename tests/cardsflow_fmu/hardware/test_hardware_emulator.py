@@ -16,8 +16,8 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.cosim.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.experiment.settings.hardware import CommandKind, MotorSettings, SensorSettings
-from cardsflow_fmu.hardware.emulator.drives import force_bounds
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
+from cardsflow_fmu.hardware.protocol.signals import actuator_bounds
 from cardsflow_fmu.hardware.session.motors import MotorMap
 from cardsflow_fmu.simulation.run import simulate
 from controllers import SpringMotors
@@ -109,7 +109,7 @@ def test_tensions_stay_within_limits_for_any_command(
     kind: str, lag: float, data: st.DataObject
 ) -> None:
     robot = planar_2r()
-    f_min, f_max = force_bounds(robot)
+    f_min, f_max = actuator_bounds(robot)
     emulated = EmulatedRobot(robot, STEP, motors=MOTORS[kind], motor_lag=lag)
     numbers = st.floats(-1e6, 1e6)
     for _ in range(5):
@@ -231,7 +231,7 @@ def test_states_do_not_contain_quantities_that_are_not_measured() -> None:
 @pytest.mark.parametrize("kind", ["force", "length", "velocity"])
 def test_the_safe_state_has_the_minimum_tension(kind: str) -> None:
     robot = planar_2r()
-    f_min, _ = force_bounds(robot)
+    f_min, _ = actuator_bounds(robot)
     emulated = EmulatedRobot(robot, STEP, motors=MOTORS[kind])
     emulated.apply(np.full(M, 0.05))
     emulated.advance(STEP)

@@ -14,11 +14,11 @@ import pytest
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.settings.hardware import Faults
 from cardsflow_fmu.hardware.device.device import Device
-from cardsflow_fmu.hardware.emulator.drives import force_bounds
 from cardsflow_fmu.hardware.emulator.emulated_device import device_of
 from cardsflow_fmu.hardware.emulator.emulated_link import PEER, EmulatedLink, EmulatedWorld
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
 from cardsflow_fmu.hardware.emulator.faults import FaultyLine
+from cardsflow_fmu.hardware.protocol.signals import actuator_bounds
 from cardsflow_fmu.hardware.session import connect
 
 
@@ -30,7 +30,7 @@ class WatchedRobot(EmulatedRobot):
     def reset(self) -> None:
         super().reset()
         self.applied: list[tuple[float, np.ndarray]] = []
-        self.bounds = force_bounds(self.plant.robot)
+        self.bounds = actuator_bounds(self.plant.robot)
 
     def apply(self, command: np.ndarray) -> None:
         self._require_bounds(command)

@@ -154,11 +154,7 @@ def _replace_parameters(robot: Robot, values: Mapping[str, float]) -> Robot:
         new = {p.name: values[p.name] for p in law.parameters if p.name in values}
         parameters = tuple((dict(muscle.model.parameters) | new).items())
         changed.append(replace(muscle, model=replace(muscle.model, parameters=parameters)))
-    sets = tuple(
-        replace(s, muscles=tuple(changed)) if s.name == robot.cable_set else s
-        for s in robot.cable_sets
-    )
-    return replace(robot, cable_sets=sets)
+    return robot.with_muscles(changed)
 
 
 def _active_force(robot: Robot, motion: Motion) -> FloatArray:

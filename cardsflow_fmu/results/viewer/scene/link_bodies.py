@@ -11,6 +11,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 from .motion import task_points
 from .shapes import Triangles
+from .solids import convex_hull
 
 _WIDE = 0.3
 """Minimum ratio of width and length of the attachment points of a platform."""
@@ -58,20 +59,4 @@ def platform_hull(robot: Robot, link: Link, thickness: float) -> Triangles | Non
     offset = 0.5 * thickness * axes[2]
     if np.ptp(points @ axes[2]) < thickness:
         points = np.concatenate([points - offset, points + offset])
-    return _hull(points)
-
-
-def _hull(points: FloatArray) -> Triangles | None:
-    """Return the convex hull of points with outward faces; None if they span no volume."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        hull = ConvexHull(points)
-    except (QhullError, ValueError):  # no volume after rounding, or not finite
-        return None
-    faces = hull.simplices.astype(np.int64)
-    a, b, c = (points[faces[:, i]] for i in range(3))
-    inwards = np.einsum("fi,fi->f", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
-    faces[inwards] = faces[inwards, ::-1]
-    corners, numbers = np.unique(faces, return_inverse=True)
-    return Triangles(points[corners], numbers.reshape(faces.shape))
+    return convex_hull(points)

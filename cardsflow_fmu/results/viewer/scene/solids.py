@@ -1,6 +1,10 @@
-"""Surfaces of boxes, cylinders and ellipsoids."""
+"""Surfaces of boxes, cylinders and ellipsoids, and convex hulls."""
 
 from __future__ import annotations
+
+from functools import cache
+from itertools import product
+from typing import Literal
 
 import numpy as np
 
@@ -13,42 +17,37 @@ from .shapes import Triangles
 _AROUND, _RINGS = 24, 12
 """Number of mesh vertices around the z axis, and of rings of an ellipsoid from pole to pole."""
 
-_BOX_SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-_BOX_FACES = np.array([face for a, b, c, d in _BOX_SIDES for face in ((a, b, c), (a, c, d))])
-
 
 def box_triangles(half: FloatArray) -> Triangles:
     """Return the surface of a box at the origin, from half of its edge lengths in [m]."""
-    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    return Triangles(corners * half, _BOX_FACES)
+    return _scaled("box", half)
 
 
 def ellipsoid_triangles(half_axes: FloatArray) -> Triangles:
     """Return the surface of an ellipsoid at the origin, from its half axes in [m]."""
-    longitude, latitude = np.meshgrid(
-        np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False), np.linspace(0.0, np.pi, _RINGS + 1)
-    )
-    level = np.sin(latitude)
-    unit = np.stack([level * np.cos(longitude), level * np.sin(longitude), np.cos(latitude)], -1)
-    corners = np.arange(_AROUND * (_RINGS + 1)).reshape(_RINGS + 1, _AROUND)
-    a, b = corners[:-1], corners[1:]
-    c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
-    faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
-    return Triangles(half_axes * unit.reshape(-1, 3), faces)
+    return _scaled("ellipsoid", half_axes)
 
 
 def cylinder_triangles(radius: float, length: float) -> Triangles:
     """Return the surface of a cylinder along z with its centre at the origin, sizes in [m]."""
+    return _scaled("cylinder", np.array([radius, radius, 0.5 * length]))
+
+
+def _scaled(kind: Literal["box", "cylinder", "ellipsoid"], half: FloatArray) -> Triangles:
+    unit = _unit_body(kind)
+    return Triangles(unit.vertices * half, unit.faces)
+
+
+@cache
+def _unit_body(kind: str) -> Triangles:
+    """Return the surface of a body that extends from -1 to 1 along each axis."""
+    latitudes = np.linspace(0.0, np.pi, _RINGS + 1) if kind == "ellipsoid" else ()
+    rings = [(np.sin(a), np.cos(a)) for a in latitudes] or [(1.0, -1.0), (1.0, 1.0)]
     angles = np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False)
-    rim = np.stack([radius * np.cos(angles), radius * np.sin(angles)], axis=1)
-    half = np.full((_AROUND, 1), 0.5 * length)
-    ends = np.array([[0.0, 0.0, -0.5 * length], [0.0, 0.0, 0.5 * length]])
-    vertices = np.concatenate([np.hstack([rim, -half]), np.hstack([rim, half]), ends])
-    a = np.arange(_AROUND)
-    b, bottom = np.roll(a, -1), np.full(_AROUND, 2 * _AROUND)
-    c, d = a + _AROUND, b + _AROUND
-    sides = ([a, b, d], [a, d, c], [b, a, bottom], [c, d, bottom + 1])
-    return Triangles(vertices, np.concatenate([np.stack(side, axis=1) for side in sides]))
+    points = [(r * np.cos(a), r * np.sin(a), z) for r, z in rings for a in angles]
+    hull = convex_hull(np.array([*product((-1.0, 1.0), repeat=3)] if kind == "box" else points))
+    assert hull is not None
+    return hull
 
 
 def shape_triangles(shape: Shape) -> Triangles:
@@ -61,3 +60,19 @@ def shape_triangles(shape: Shape) -> Triangles:
         surface = ellipsoid_triangles(np.full(3, shape.sizes[0]))
     T = transform(shape.pose)
     return Triangles(surface.vertices @ T[:3, :3].T + T[:3, 3], surface.faces)
+
+
+def convex_hull(points: FloatArray) -> Triangles | None:
+    """Return the convex hull of points with outward faces; None if they span no volume."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(points)
+    except (QhullError, ValueError):  # no volume after rounding, or not finite
+        return None
+    faces = hull.simplices.astype(np.int64)
+    a, b, c = (points[faces[:, i]] for i in range(3))
+    inwards = np.einsum("fi,fi->f", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
+    faces[inwards] = faces[inwards, ::-1]
+    corners, numbers = np.unique(faces, return_inverse=True)
+    return Triangles(points[corners], numbers.reshape(faces.shape))
