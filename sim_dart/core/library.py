@@ -53,7 +53,7 @@ def library() -> ctypes.PyDLL:
     core.core_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
     core.core_array.restype = ctypes.POINTER(ctypes.c_double)
     without_answer = "move task_jacobian task_bias mass_matrix coriolis gravity accelerate trace"
-    without_answer += " closures close_rates count_turns rates reach energies"
+    without_answer += " closures close_rates rates reach energies"
     without_answer += " independent_rows independent_bias independent_mass complete"
     for name in without_answer.split():
         getattr(
@@ -75,7 +75,6 @@ def library() -> ctypes.PyDLL:
     core.core_pulling.argtypes = [pointer]
     core.core_trace.argtypes = [pointer]
     core.core_lines.argtypes = [pointer, pointer, pointer, count]
-    core.core_count_turns.argtypes = [pointer, ctypes.c_int]
     core.core_reach.argtypes = [pointer, double]
     core.core_advance.argtypes = [pointer, text, double]
     core.core_invert.argtypes = [pointer, text, double, double]

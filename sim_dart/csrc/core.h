@@ -72,8 +72,6 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      wrap_before    via point before each wrap, -1 if the wrap is inactive, wraps; wrap_rank is the rank among
                     the wraps between the same points, wraps
      point_share    activity of each via point in its path, 0 to 1: see routed.c
-     wrap_turning   turning angles about cylinders while turns are counted, in [rad], wraps; the caller may
-                    restore them
    Muscle laws:
      rates          l' = L qd, muscles
      tension_scale  factor on the tension of each muscle, initially 1; 0: the cable is cut; the caller may write it,
@@ -122,10 +120,6 @@ CORE_API void core_trace(core *c);
 /* Write a polyline along each muscle at the last q, for drawing: one after the other, as far as `capacity`
    points, 3 numbers each, and their numbers of points to `sizes`, muscles. Return the number of all points. */
 CORE_API int32_t core_lines(core *c, int32_t *sizes, real *points, int32_t capacity);
-
-/* Enable or disable counting of turns about cylinders from the next move. The next move starts with the
-   turns specified in the blob. In each later move a cable must turn by less than half a turn. */
-CORE_API void core_count_turns(core *c, int on);
 
 /* Compute task_jacobian at the last q. */
 CORE_API void core_task_jacobian(core *c);

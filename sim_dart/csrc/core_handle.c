@@ -62,7 +62,6 @@ real *core_array(core *c, const char *name, size_t *length)
         {"surface_across", c->surface_across, 3 * surfaces},
         {"wrap_contacts", c->wrap_contact, CONTACT_NUMBERS * wraps},
         {"pulley_contacts", c->pulley_contact, CONTACT_NUMBERS * pulleys},
-        {"wrap_turning", c->wrap_turning, wraps},
         {"wrap_before", c->wrap_before, wraps},
         {"wrap_rank", c->wrap_rank, wraps},
         {"point_share", c->point_share, points},

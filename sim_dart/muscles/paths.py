@@ -36,10 +36,6 @@ class MusclePaths:
     All methods accept joint positions q, shape (n,), in [rad] or [m], and raise InputError for
     another shape.
 
-    Args:
-        count_turns: Count the turns of cables around cylinders, for example on a spindle. Then l
-            depends on earlier calls. Between two calls a cable must turn by less than half a turn.
-
     Raises:
         RobotError: The robot is not valid.
 
@@ -49,11 +45,9 @@ class MusclePaths:
         coordinates: Number of coordinates n.
         bends: Number of bends with friction.
         law_states: Number of states of the muscle laws.
-        turning: Turning angle of each wrap if turns are counted, in [rad], NaN before the first
-            call. The view can be saved and restored.
     """
 
-    def __init__(self, robot: Robot, *, count_turns: bool = False) -> None:
+    def __init__(self, robot: Robot) -> None:
         require_valid(robot)
         n, m = len(robot.coordinates), len(robot.muscles)
         self._n = n
@@ -68,9 +62,6 @@ class MusclePaths:
             self._core.array("pull_jacobian", m, n) if self.has_friction else self._state.jacobian
         )
         self._shapes = PathShapes(robot, self._core)
-        self.turning = self._core.array("wrap_turning", sum(len(m.wraps) for m in robot.muscles))
-        if count_turns:
-            self._core.count_turns(self._handle, 1)
         k = len(robot.task_frames)
         self._task_rows = task_rows(robot)
         self._point_rows = point_rows(robot)

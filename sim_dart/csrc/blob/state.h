@@ -152,7 +152,6 @@
     ARRAY(lane_is_mujoco, wraps ? wraps + LANE_PADDING : 0) /* 1 for MuJoCo's rule */                  \
     ARRAY(lane_is_guided, wraps ? wraps + LANE_PADDING : 0) /* 1 for MuJoCo's rule with a side point */ \
     ARRAY(lane_aside, 3 * wraps)       /* from the centre to this point, in the frame of the surface */ \
-    ARRAY(wrap_turning, wraps)         /* turning angle of the last move, if turns are counted */      \
     ARRAY(wrap_before, wraps)          /* via point before it, of a routed muscle; -1: inactive */     \
     ARRAY(wrap_rank, wraps)            /* rank among wraps between the same points */                  \
     ARRAY(wrap_turn, wraps)            /* sense of turning there */                                    \
@@ -178,7 +177,6 @@
 
 struct core {
     blob_view blob;
-    int32_t is_counting; /* whether wraps store their turns */
     int32_t moving;      /* 1 + the coordinate along which q has a tangent, the only one; 0 otherwise */
     int32_t is_straight; /* whether all paths are straight, see straight.h */
     int32_t has_laws;    /* whether any muscle is not an ideal cable */

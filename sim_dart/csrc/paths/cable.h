@@ -27,9 +27,9 @@ typedef struct {
     int32_t side;      /* sense of turning about the axis; 0 for the shorter path, or WRAP_INSIDE; of an
                           ellipsoid, the touched half: 1, 2, 3 for x, y, z, negative for the opposite half, 0 for any */
     int32_t turns;     /* additional whole turns */
-    int32_t is_counted; /* whether turns continue from move to move; cylinders only */
+    int32_t is_followed; /* whether to compute the turning angle; cylinders only */
     int32_t is_forced; /* the cable uses that side even if the straight line is free */
-    real remembered; /* turning angle of the last move; NAN before the first */
+    real remembered; /* if followed: nearby turning angle, which the cable continues, or NAN */
     const struct contact *from; /* of an ellipsoid: a nearby contact as the start of the search; or NULL */
 } wrap_way;
 
@@ -42,7 +42,7 @@ typedef struct {
     real entering[3]; /* -dl/da: a unit vector from a to the surface, except in the cases in wrap.c */
     real leaving[3];  /* dl/db */
     real angle;       /* angle of contact in [rad]; above 0 if it touches; on an ellipsoid: the length */
-    real turning;     /* from a to b about the axis, in [rad], with all turns; only if counted */
+    real turning;     /* from a to b about the axis, in [rad], with all turns; only if followed */
 } pull;
 
 /* Contact of a cable with a surface or a pulley. */

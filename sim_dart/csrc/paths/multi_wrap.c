@@ -61,7 +61,7 @@ static int is_followed(const sequence_part *p)
 static void evaluate_part(const cable *c, int i, const real a[3], const real b[3], const contact *from, contact *out)
 {
     const sequence_part *p = c->parts + i;
-    const wrap_way followed = {.is_counted = 1, .remembered = c->followed[i]};
+    const wrap_way followed = {.is_followed = 1, .remembered = c->followed[i]};
     const int is_ellipsoid = p->surface && p->surface->kind == SURFACE_ELLIPSOID;
     const int is_fixed_side = p->way.side == WRAP_INSIDE || is_ellipsoid;
     const wrap_way shorter = {.side = is_fixed_side ? p->way.side : 0, .turns = p->way.turns, .from = from};
@@ -254,11 +254,10 @@ static void converge_tangents(cable *c)
 /* Return the turning angle about a cylinder from a to b; on side `sense` unless it is 0. */
 static real turning_angle(const sequence_part *p, int sense, const real a[3], const real b[3])
 {
-    const wrap_way natural = {.is_counted = 1, .remembered = NAN};
+    const wrap_way natural = {.is_followed = 1, .remembered = NAN};
     wrap_way specified = p->way;
     contact k;
-    if (p->way.is_counted && !isnan(p->way.remembered)) return p->way.remembered;
-    specified.is_counted = 1, specified.remembered = NAN;
+    specified.is_followed = 1, specified.remembered = NAN;
     wrap_over(p->surface, sense ? &natural : &specified, a, b, &k);
     if (!sense) return k.pull.turning;
     const real angle = k.pull.turning * sense;
@@ -269,9 +268,7 @@ static real turning_angle(const sequence_part *p, int sense, const real a[3], co
 static int has_free_side(const sequence_part *p)
 {
     if (!p->surface || p->way.side == WRAP_INSIDE) return 0;
-    if (p->surface->kind == SURFACE_ELLIPSOID) return !p->way.side;
-    if (!is_followed(p)) return 1;
-    return !p->way.side && (!p->way.is_counted || isnan(p->way.remembered));
+    return p->surface->kind == SURFACE_SPHERE || !p->way.side;
 }
 
 /* Start with points on the straight line from a to b. */

@@ -32,7 +32,7 @@ static inline int find_way(const core *c, int32_t k, int32_t w, wrap_surface *su
     const real *A = c->point + 3 * k, *B = A + 3;
     *surface = wrapped_surface(c, w);
     *way = wrap_way_of(c, w);
-    if (c->wrap_is_inside[w] != 0) way->side = WRAP_INSIDE, way->is_counted = 0;
+    if (c->wrap_is_inside[w] != 0) way->side = WRAP_INSIDE;
     if (!USES_ROUTES || c->blob.wrap_rule[w] == RULE_TAUT || way->side == WRAP_INSIDE) return 1;
     return route_wraps_rule(c, w, A, B, surface, way) != RULE_STRAIGHT;
 }
@@ -60,9 +60,8 @@ static real add_wrap(core *c, int32_t k, int32_t w, real *row)
     wrap_way way;
     pull over;
     if (!find_way(c, k, w, &surface, &way)) return add_segment(c, k, row);
-    const int ends = wrap_ends(&c->blob, w), is_touched = wrap_pull(&surface, &way, A, B, ends, &over);
-    if (way.is_counted) c->wrap_turning[w] = over.turning;
-    if (!is_touched) return add_segment(c, k, row);
+    const int ends = wrap_ends(&c->blob, w);
+    if (!wrap_pull(&surface, &way, A, B, ends, &over)) return add_segment(c, k, row);
     if (ends & ENTERING) add_span(c, over.entering, A, c->blob.point_frame[k], A, frame, row);
     if (ends & LEAVING) add_span(c, over.leaving, B, frame, B, c->blob.point_frame[k + 1], row);
     return over.length;
@@ -88,7 +87,7 @@ static inline real add_lane(const core *c, int32_t k, int32_t w, int32_t i, cons
 static int is_free(const sequence_part *parts, int count, const real *A, const real *B)
 {
     for (int i = 0; i < count; i++)
-        if (!parts[i].surface || parts[i].way.turns || parts[i].way.is_counted ||
+        if (!parts[i].surface || parts[i].way.turns ||
             !wrap_is_clear(parts[i].surface, &parts[i].way, A, B))
             return 0;
     return 1;
@@ -128,13 +127,9 @@ static real add_sequence(core *c, int32_t k, progress at, int32_t surfaces, int3
         const real *u = i < count ? contacts[i].pull.entering : contacts[i - 1].pull.leaving;
         add_span(c, u, points[i], frames[i], points[i], frames[i + 1], row);
     }
-    for (int32_t i = 0; i < surfaces; i++) {
-        const contact *touched = contacts + pulleys + i;
-        if (parts[pulleys + i].way.is_counted) c->wrap_turning[at.wrap + i] = touched->pull.turning;
-        if (is_traced)
-            write_contact(c->wrap_contact + CONTACT_NUMBERS * (at.wrap + i), touched, points[pulleys + i],
-                          points[pulleys + i + 1]);
-    }
+    for (int32_t i = 0; i < surfaces && is_traced; i++)
+        write_contact(c->wrap_contact + CONTACT_NUMBERS * (at.wrap + i), contacts + pulleys + i, points[pulleys + i],
+                      points[pulleys + i + 1]);
     if (is_traced && pulleys)
         write_contact(c->pulley_contact + CONTACT_NUMBERS * at.pulley, contacts, points[0], points[1]);
     return length;
@@ -334,7 +329,7 @@ void paths_prepare(core *c)
 {
     structure_prepare(c);
     c->is_straight = straight_applies(c);
-    for (int32_t w = 0; w < c->blob.counts.wraps; w++) c->wrap_turning[w] = c->stored_path[PATH_NUMBERS * w] = NAN;
+    for (int32_t w = 0; w < c->blob.counts.wraps; w++) c->stored_path[PATH_NUMBERS * w] = NAN;
     if (USES_ROUTES) routed_prepare(c);
     if (USES_WRAPS) wrap_simd_prepare(c);
 }
@@ -354,10 +349,4 @@ void paths_move(core *c)
 void core_trace(core *c)
 {
     walk(c, 1);
-}
-
-void core_count_turns(core *c, int on)
-{
-    c->is_counting = on != 0;
-    paths_prepare(c);
 }

@@ -38,9 +38,6 @@ static inline wrap_way wrap_way_of(const core *c, int32_t w)
     const wrap_way way = {
         .side = c->blob.wrap_side[w],
         .turns = c->blob.wrap_turns[w],
-        .is_counted = c->is_counting && c->blob.wrap_side[w] != WRAP_INSIDE &&
-                      c->blob.surface_kind[c->blob.wrap_surface[w]] == SURFACE_CYLINDER,
-        .remembered = c->wrap_turning[w],
     };
     return way;
 }

@@ -241,9 +241,9 @@ static inline int compute_contact(const wrap_surface *s, const wrap_way *way, vi
 {
     const int changes = v->is_shrunk || v->slope != 0; /* whether the radius depends on the ends */
     find_normal(s, v);
-    const int is_continued = way->is_counted && !isnan(way->remembered);
+    const int is_continued = way->is_followed && !isnan(way->remembered);
     const course c = is_continued ? continue_turns(v, way->remembered) : choose_course(s, way, v, is_clear);
-    if (way->is_counted) out->turning = turning(v, &c);
+    if (way->is_followed) out->turning = turning(v, &c);
     const real ta = sqrt(v->aa - v->RR), tb = sqrt(v->bb - v->RR);
     out->angle = contact_angle(v, &c, ta, tb) + 2 * PI * c.turns;
     if (value_of(out->angle) <= 0 || (is_clear && !c.turns && !c.is_long)) return 0;
@@ -261,7 +261,7 @@ int wrap_pull(const wrap_surface *s, const wrap_way *way, const real a[3], const
     if (way->side == WRAP_INSIDE) return wrap_inside_pull(s, a, b, out);
     view v;
     const int is_clear = compute_view(s, a, b, &v);
-    if (is_clear && !way->turns && !way->is_counted && !way->is_forced) return 0;
+    if (is_clear && !way->turns && !way->is_forced) return 0;
     return compute_contact(s, way, &v, is_clear, ends, out, NULL) != 0;
 }
 
@@ -293,7 +293,7 @@ void wrap_over(const wrap_surface *s, const wrap_way *way, const real A[3], cons
         if (!wrap_inside_over(s, A, B, out)) run_straight(A, B, 0.5, out);
         return;
     }
-    const int is_clear = compute_view(s, A, B, &v), is_free = is_clear && !way->turns && !way->is_counted && !way->is_forced;
+    const int is_clear = compute_view(s, A, B, &v), is_free = is_clear && !way->turns && !way->is_followed && !way->is_forced;
     const int sense = is_free ? 0 : compute_contact(s, way, &v, is_clear, BOTH_ENDS, &out->pull, &plain);
     if (!sense) {
         run_straight(A, B, nearest_position(&v), out);

@@ -292,13 +292,12 @@ void wrap_simd_prepare(core *c)
     c->wrap_ends = c->has_rules = c->lanes = 0;
     c->vector_size = vector_size();
     for (int32_t w = 0; w < blob->counts.wraps; w++) {
-        const int32_t kind = blob->surface_kind[blob->wrap_surface[w]], rule = blob->wrap_rule[w];
-        const int is_counted = c->is_counting && kind == SURFACE_CYLINDER && rule == RULE_TAUT;
+        const int32_t kind = blob->surface_kind[blob->wrap_surface[w]];
         int is_fixed;
         real aside[3];
         while (end <= blob->wrap_point[w]) end += blob->muscle_points[++muscle];
         const int is_inside = find_side(blob, w, aside, &is_fixed) || blob->wrap_side[w] == WRAP_INSIDE;
-        const int is_special = is_inside || !is_fixed || is_counted || kind == SURFACE_ELLIPSOID || blob->wrap_turns[w] ||
+        const int is_special = is_inside || !is_fixed || kind == SURFACE_ELLIPSOID || blob->wrap_turns[w] ||
                                c->is_routed[muscle] != 0 || shares_segment(blob, w, &pulley);
         c->wrap_is_inside[w] = is_inside, c->wrap_is_special[w] = is_special;
         if (!is_special) add_to_lanes(c, w, aside);

@@ -181,9 +181,7 @@ static int path_over_one(core *c, const route *r, int32_t w, int32_t i, int32_t 
         wrap_over(&s, &round, A, B, &passed);
         write_contact(c->wrap_contact + CONTACT_NUMBERS * w, &passed, A, B);
     }
-    const int is_touched = wrap_pull(&s, &round, A, B, BOTH_ENDS, &over);
-    if (round.is_counted) c->wrap_turning[w] = over.turning;
-    if (!is_touched) return 0;
+    if (!wrap_pull(&s, &round, A, B, BOTH_ENDS, &over)) return 0;
     way->length = over.length;
     memcpy(way->entering, over.entering, sizeof over.entering);
     memcpy(way->leaving, over.leaving, sizeof over.leaving);
@@ -213,7 +211,7 @@ static int path_over_several(core *c, const route *r, const int32_t *wraps, int 
         placed[k] = is_taut ? surface_of(c, w) : without_ends(surface_of(c, w));
         parts[k].surface = placed + k;
         if (!is_taut) parts[k].way.side = (int32_t)value_of(c->wrap_turn[w]), parts[k].way.is_forced = 1;
-        is_free = is_free && is_taut && !parts[k].way.turns && !parts[k].way.is_counted &&
+        is_free = is_free && is_taut && !parts[k].way.turns &&
                   wrap_is_clear(parts[k].surface, &parts[k].way, points[0], points[count]);
     }
     if (is_free) return 0;
@@ -225,7 +223,6 @@ static int path_over_several(core *c, const route *r, const int32_t *wraps, int 
         take(c, r, u, points[k], before, after, row);
         memcpy(k ? way->leaving : way->entering, u, sizeof way->entering);
         if (k == count) break;
-        if (parts[k].way.is_counted) c->wrap_turning[wraps[k]] = contacts[k].pull.turning;
         if (is_traced) write_contact(c->wrap_contact + CONTACT_NUMBERS * wraps[k], contacts + k, points[k], points[k + 1]);
     }
     return 1;
