@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import adsk.fusion
 
@@ -14,13 +14,15 @@ from ..muscles.point_names import is_point_name
 from ..muscles.stored import stored_point
 from ..robot.finding import Subject
 from ..robot.model.pose import Vector3
-from ..snapshot import HIDDEN_KEY, PointSnapshot, PointUse
+from ..snapshot import HIDDEN_KEY, PointSnapshot, PointUse, SurfaceUse
 from .health import problem_of
 from .names import Keys
 from .notes import Notes, optional
 from .occurrences import Occurrence, component_id, each_in, subject_in
-from .places import HIDDEN, Match, Places, copied
+from .places import HIDDEN, Places, copied
 from .units import position
+
+Use = TypeVar("Use", PointUse, SurfaceUse)
 
 
 def read_points(
@@ -58,14 +60,7 @@ def _use(
     if use is None:
         bad = partial_use(_plain(attributes.get(POINT, "")))
         return bad, "its record cannot be read" if bad else ""
-    scope = places.scope(occurrence.path)
-    if not (use.place or use.occurrence):
-        is_root = occurrence.path == scope
-        return (replace(use, occurrence=scope) if is_root else use), ""
-    match: Match = places.find(use.place, use.occurrence, scope, places.component(occurrence.path))
-    if match.is_moved:
-        note_moved(Subject("point", name), use.occurrence, match.path, notes)
-    return replace(use, occurrence=match.path, place=()), match.lost
+    return with_occurrence(use, Subject("point", name), occurrence.path, places, notes)
 
 
 def _plain(text: str) -> Any:
@@ -107,10 +102,7 @@ def read_hidden_points(
         use = stored_point({POINT: text}, str(point.name), notes.findings)
         use = use or partial_use(_plain(text))
         if use is not None:
-            where = use.occurrence or str(point.component.name)
-            is_copy = use.place and use.place[-1].component != component_id(point.component)
-            why = copied(where) if is_copy else f"component {where!r} has no occurrence: {HIDDEN}"
-            use = replace(use, occurrence=where, place=())
+            use, why = without_occurrence(use, point.component)
             at = optional(lambda: position(point.geometry)) or (0.0, 0.0, 0.0)  # noqa: B023
             yield PointSnapshot(str(point.name), "", at, key, use, "", why)
 
@@ -125,6 +117,27 @@ def own_attributes(entity: Any) -> dict[str, str]:
     """Return the attributes of an entity in the group of the add-in, by name."""
     attributes = entity.attributes.itemsByGroup(GROUP)
     return dict(sorted((str(attribute.name), str(attribute.value)) for attribute in attributes))
+
+
+def with_occurrence(
+    use: Use, subject: Subject, path: str, places: Places, notes: Notes
+) -> tuple[Use, str]:
+    """Return a use with the occurrence of its stored place, and the reason if that is unknown."""
+    scope = places.scope(path)
+    if not (use.place or use.occurrence):
+        return (replace(use, occurrence=scope) if path == scope else use), ""
+    match = places.find(use.place, use.occurrence, scope, places.component(path))
+    if match.is_moved:
+        note_moved(subject, use.occurrence, match.path, notes)
+    return replace(use, occurrence=match.path, place=()), match.lost
+
+
+def without_occurrence(use: Use, component: Any) -> tuple[Use, str]:
+    """Return the use of a point or face whose component has no occurrence, and the reason."""
+    where = use.occurrence or str(component.name)
+    is_copy = use.place and use.place[-1].component != component_id(component)
+    why = copied(where) if is_copy else f"component {where!r} has no occurrence: {HIDDEN}"
+    return replace(use, occurrence=where, place=()), why
 
 
 def note_moved(subject: Subject, before: str, now: str, notes: Notes) -> None:

@@ -16,12 +16,12 @@ from ..muscles.stored import stored_surface
 from ..robot.finding import Subject
 from ..robot.model.pose import Vector3
 from ..robot.model.rotations import add, cross, dot, scale, subtract
-from ..snapshot import SurfaceSnapshot, SurfaceUse
+from ..snapshot import HIDDEN_KEY, SurfaceSnapshot
 from .names import Keys
 from .notes import Notes
 from .occurrences import Occurrence, component_id
-from .places import HIDDEN, Places, copied
-from .points import note_moved, own_attributes
+from .places import Places
+from .points import own_attributes, with_occurrence, without_occurrence
 from .units import direction, length, position
 
 _AGAIN = "Pick the face again in Define muscles"
@@ -70,11 +70,8 @@ def _hidden(body: _Body, notes: Notes) -> Iterator[SurfaceSnapshot]:
     for number, (_, attributes) in enumerate(body.faces):
         use = stored_surface(attributes, body.name, notes.findings)
         if use is not None:
-            where = use.occurrence or str(component.name)
-            is_copy = use.place and use.place[-1].component != component_id(component)
-            why = copied(where) if is_copy else f"component {where!r} has no occurrence: {HIDDEN}"
-            key = f"hidden:{component_id(component)}/{component.name}/{body.name}/face{number}"
-            use = replace(use, occurrence=where, place=())
+            use, why = without_occurrence(use, component)
+            key = f"{HIDDEN_KEY}{component_id(component)}/{component.name}/{body.name}/face{number}"
             yield SurfaceSnapshot("", "sphere", 0.0, (0.0, 0.0, 0.0), entity=key, use=use, lost=why)
 
 
@@ -128,27 +125,15 @@ def _in_occurrence(
         if pair is not None:
             point, surface = pair
             use = stored_surface(attributes, occurrence.path or body.name, notes.findings)
-            faces.append(((attributes.get(WRAP, ""), point), _placed(surface, use, places, notes)))
+            if use is not None:
+                subject = Subject("wrap_surface", use.name)
+                use, lost = with_occurrence(use, subject, occurrence.path, places, notes)
+                surface = replace(surface, use=use, lost=lost)
+            faces.append(((attributes.get(WRAP, ""), point), surface))
     faces.sort(key=lambda pair: pair[0])
     for number, (_, surface) in enumerate(faces):
         key = keys.key(occurrence, f"{body.name}/face", number)
         yield replace(surface, entity=key)
-
-
-def _placed(
-    surface: SurfaceSnapshot, use: SurfaceUse | None, places: Places, notes: Notes
-) -> SurfaceSnapshot:
-    """Return a surface with its use, whose occurrence is found by the stored place."""
-    scope = places.scope(surface.occurrence)
-    if use is None or not (use.place or use.occurrence):
-        if use is not None and surface.occurrence == scope:
-            use = replace(use, occurrence=scope)
-        return replace(surface, use=use)
-    owner = places.component(surface.occurrence)
-    match = places.find(use.place, use.occurrence, scope, owner)
-    if match.is_moved:
-        note_moved(Subject("wrap_surface", use.name), use.occurrence, match.path, notes)
-    return replace(surface, use=replace(use, occurrence=match.path, place=()), lost=match.lost)
 
 
 def _surface(occurrence: Occurrence, face: Any) -> tuple[Vector3, SurfaceSnapshot]:
