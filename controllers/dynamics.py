@@ -107,7 +107,6 @@ def bias_torque(dynamics: Dynamics, q: FloatArray, qd: FloatArray) -> FloatArray
     """Compute C(q, qd) + G(q) + D qd, the equation of motion without inertia and muscles.
 
     Args:
-        dynamics: The robot.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
 
@@ -143,7 +142,6 @@ def acceleration(
     """Compute qdd = -M⁻¹ (L'f + C + G + D qd + w_e), shape (n,), in [rad/s²] or [m/s²].
 
     Args:
-        dynamics: The robot.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
         forces: f, shape (a,), in [N] and [N·m].

@@ -61,7 +61,6 @@ def named_vector(
         names: n names.
         above: Exclusive lower limit (default: numbers must be at least 0).
         upper: Inclusive upper limit.
-        infinite: Whether infinity is allowed.
 
     Raises:
         InputError: A value is out of range, or the number of values is wrong.
@@ -103,7 +102,6 @@ def force_bounds(
         f_min: Lower limits, a number or shape (a,), in [N] and [N·m]; -inf for a motor without a
             limit.
         f_max: Upper limits, a number or shape (a,), in [N] and [N·m]; may be infinite.
-        motors: Number of motors.
 
     Raises:
         InputError: A limit is invalid; the message names the actuator.

@@ -38,7 +38,6 @@ def add_robot_findings(
     """Return all findings on a design and its robot.
 
     Args:
-        findings: Findings on the design.
         massless: Warnings on links without mass. They become errors if the robot cannot move
             because of the missing mass.
         robot: The robot, as far as it could be built.

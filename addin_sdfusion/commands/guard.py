@@ -36,7 +36,6 @@ def chosen_file(title: str, kinds: str, save_as: str = "") -> Path | None:
     """Return a file chosen by the user, or None if cancelled.
 
     Args:
-        title: Title of the dialog.
         kinds: File types.
         save_as: Proposed name of a file to save; empty for a file to open.
     """

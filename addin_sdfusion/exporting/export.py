@@ -90,7 +90,6 @@ def requested_findings(
         findings: All findings of an export.
         losses: Losses of each format, as in `Exported`.
         requested: Formats that the user requested; the others are written by default.
-        folder: Folder of the robot.
 
     Returns:
         The findings, and one line on the losses; empty if there are none.

@@ -34,7 +34,6 @@ def fit_shape(kind: ShapeKind, nodes: Sequence[float], triangles: Sequence[int])
     spheres, the shape is as exact as the triangles.
 
     Args:
-        kind: Type of the shape.
         nodes: x, y, z of every corner, in [m].
         triangles: Three indices of corners per triangle.
     """

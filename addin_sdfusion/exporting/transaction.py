@@ -25,7 +25,6 @@ def move_all(folder: Path, staging: Path, moves: Sequence[Move]) -> None:
     Args:
         folder: Folder that contains all sources and targets.
         staging: Folder on the same drive in which the journal is written.
-        moves: Moves, in order.
 
     Raises:
         OSError: A file could not be moved; all files are unchanged.

@@ -50,8 +50,6 @@ class Notes:
             subject: The object that is read.
             label: Name of the property that is read, such as `mass`.
             work: Function that reads the property.
-            arguments: Arguments of the function.
-            severity: Severity of the finding.
             todo: Advice to the user.
 
         Returns:
@@ -94,7 +92,6 @@ def items(
 
     Args:
         collection: Function that returns the collection; called once.
-        notes: Collector of findings.
         subject: Owner of the collection.
         label: Name of the items, such as `joints`.
     """

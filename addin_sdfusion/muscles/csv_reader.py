@@ -45,7 +45,6 @@ def read_csv(
     """Return the muscle table of a design from a CSV file; positions are in the root frame.
 
     Args:
-        data: Content of the file.
         links: Names of all links; None to accept any name.
         file: Path of the file, for the findings.
 

@@ -94,7 +94,6 @@ def mirror_muscle(
     A link without a side, such as the torso, is its own image.
 
     Args:
-        plane: Mirror plane.
         replace_existing: Whether to replace an existing muscle with the name of the image;
             otherwise it is an error.
         find_face: Finds the face of a wrap surface that has no counterpart yet.

@@ -112,7 +112,6 @@ def arm_color(arm: float, largest: float) -> str:
     """Return the colour of a moment arm: red if positive, blue if negative, grey near zero.
 
     Args:
-        arm: The moment arm.
         largest: Largest absolute value of all moment arms, which has the full colour.
     """
     share = min(abs(arm) / largest, 1.0) if largest > 0.0 else 0.0

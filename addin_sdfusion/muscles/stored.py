@@ -29,7 +29,6 @@ def stored_point(
 
     Args:
         attributes: Attributes of the point in the group of the add-in.
-        name: Name of the point.
         findings: List to which findings are appended.
     """
     label = f"the attribute of construction point {name!r}"

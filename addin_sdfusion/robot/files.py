@@ -26,7 +26,6 @@ def read_file(file: Path, largest: int) -> bytes:
     """Return the content of a regular file.
 
     Args:
-        file: File to read.
         largest: Maximum size, in bytes.
 
     Raises:

@@ -95,7 +95,6 @@ def member(kind: str, name: str, of: str, active: str) -> Subject:
 
     Args:
         kind: `muscle` or `task_frame`.
-        name: The member's name.
         of: Name of the set that contains the member.
         active: Name of the active set.
     """

@@ -74,7 +74,6 @@ def from_plain(cls: type[Record], plain: Any, where: str) -> Record:
     """Return a record from plain data.
 
     Args:
-        cls: The record's class.
         plain: Data returned by `to_plain`, or read from an untrusted file.
         where: Key of the data, used in messages.
 

@@ -198,9 +198,6 @@ class MotionForces:
 def motion_terms(dynamics: Dynamics, motion: Motion) -> MotionTerms:
     """Compute torques and muscle Jacobians along a motion, including cable friction.
 
-    Args:
-        dynamics: The robot.
-
     Raises:
         InputError: The motion and the robot differ in the number of coordinates.
     """

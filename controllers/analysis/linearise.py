@@ -105,7 +105,6 @@ def linearise_robot(
     """Linearise a robot at a state and constant forces.
 
     Args:
-        dynamics: The robot.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
         forces: f, shape (m,), in [N].
@@ -215,7 +214,6 @@ def jacobian(
 
     Args:
         function: Function from a vector to a vector.
-        x: The point.
         difference: Step to each side, relative to 1 + |x|.
 
     Raises:

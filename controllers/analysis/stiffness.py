@@ -152,7 +152,6 @@ def stiffness(
     """Compute the stiffness at a configuration, from L and finite differences.
 
     Args:
-        dynamics: The robot.
         q: Joint positions, shape (n,), in [rad] or [m].
         forces: f, shape (m,), in [N].
         muscle_stiffness: k, a number or shape (m,), in [N/m]; 0 for constant muscle forces.
@@ -184,7 +183,6 @@ def task_stiffness(
     """Compute the stiffness of the task coordinates, shape (k, k).
 
     Args:
-        dynamics: The robot.
         q: Joint positions, shape (n,), in [rad] or [m].
         forces: f, shape (m,), in [N].
         muscle_stiffness: k, a number or shape (m,), in [N/m].

@@ -172,7 +172,6 @@ def workspace(
     """Evaluate conditions and metrics at the poses of a grid.
 
     Args:
-        dynamics: The robot.
         q: Poses, shape (..., n), in [rad] or [m]; see `joint_grid`.
         conditions: Names from `CONDITIONS`.
         metrics: Names from `METRICS`, or `capacity_margin`. The capacity margin includes the loads

@@ -21,7 +21,6 @@ def gravity_compensation(
     If this is infeasible, return the forces with the smallest acceleration error.
 
     Args:
-        dynamics: The robot.
         q: Joint positions, shape (n,), in [rad] or [m].
         f_min: Lower limits, shape (a,), in [N] and [N·m] (default: the limits of the robot).
         f_max: Upper limits, shape (a,), in [N] and [N·m] (default: the limits of the robot).

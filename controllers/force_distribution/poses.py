@@ -185,8 +185,6 @@ def check_forces(poses: Poses, method: str, forces: FloatArray) -> DistributedFo
     """Check the forces of a method and return them with a status for each pose.
 
     Args:
-        poses: The poses.
-        method: Name of the distribution.
         forces: Forces of the method, shape (P, m), in [N]; NaN if it found none.
     """
     scale = np.maximum(1.0, np.where(np.isfinite(poses.f_max), poses.f_max, poses.f_min))

@@ -42,7 +42,6 @@ def broadcast_target(poses: Poses, target: ArrayLike) -> FloatArray:
     """Return a target for each pose, shape (P, m), in [N].
 
     Args:
-        poses: The poses.
         target: A number, shape (m,) or (..., m), in [N].
 
     Raises:
@@ -61,7 +60,6 @@ def solve_poses(poses: Poses, H: FloatArray, target: FloatArray) -> FloatArray:
     """Solve the QP of each pose; shape (P, m), in [N], NaN if not solved.
 
     Args:
-        poses: The poses.
         H: Weights, shape (m,).
         target: f_p, shape (P, m), in [N].
     """

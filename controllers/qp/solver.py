@@ -61,7 +61,6 @@ def solve(problem: qpsolvers.Problem, solver: str) -> FloatArray | None:
     has a fallback.
 
     Args:
-        problem: The quadratic program.
         solver: Name of an installed qpsolvers back end.
 
     Returns:

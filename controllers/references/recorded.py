@@ -40,7 +40,6 @@ def waypoint_trajectory(
     Args:
         times: Times of the waypoints, shape (m,), m >= 2, increasing from 0, in [s].
         q: Positions, shape (m, n), in [rad] or [m].
-        name: Name of the trajectory.
         space: Whether q contains joint positions or task coordinates.
 
     Raises:
@@ -79,7 +78,6 @@ def recorded_trajectory(
         qdd: Accelerations, shape (m, n), in [rad/s²] or [m/s²], or None; requires velocities.
         noise: Standard deviation of the noise of the smoothed samples; 0 for a spline through all
             samples (default: estimated for each coordinate).
-        name: Name of the trajectory.
         space: Whether q contains joint positions or task coordinates.
 
     Raises:

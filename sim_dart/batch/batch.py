@@ -50,7 +50,6 @@ class Batch:
     pickled with their states.
 
     Args:
-        robot: The robot.
         n: Number of instances.
         step: Length of a step, in [s].
         integrator: `euler` or `rk4`; see `Plant`.

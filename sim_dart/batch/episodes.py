@@ -105,10 +105,6 @@ class Episodes:
     Random numbers are those of the generator SplitMix64, with one stream for each instance. So an
     instance draws the same numbers alone and among others.
 
-    Args:
-        batch: The instances.
-        rules: Rules of the episodes.
-
     Attributes:
         streams: States of the random numbers, shape (n,), which seed them.
         targets: Targets of the episodes, shape (n, k).

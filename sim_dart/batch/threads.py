@@ -37,7 +37,6 @@ class Threads:
 
         Args:
             run: Function of the index of the thread and of the part.
-            items: Number of items.
             is_small: Whether the work is too small for several threads.
         """
         if is_small or self.count == 1:

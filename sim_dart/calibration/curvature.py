@@ -37,7 +37,6 @@ def curvature_deviations(
 
     Args:
         z: The solution, shape (P,).
-        windows: The calibration windows.
         starts: Fitted start states of the windows.
         covariance: Covariance of z, shape (P, P).
 

@@ -58,7 +58,6 @@ def fit(
 
     Args:
         z: Initial value (default: zeros).
-        max_iterations: Largest number of iterations.
         small_gain: Relative gain of the cost below which the iterations stop.
         end_of_iteration: Called after each iteration.
 

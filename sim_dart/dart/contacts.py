@@ -53,7 +53,6 @@ def contact_forces(result: Any, rows: Mapping[Any, int], count: int) -> FloatArr
     Args:
         result: Collision result of DART.
         rows: Row of the body of each shape node of DART, `count` for all other bodies.
-        count: Number of bodies.
     """
     contacts = result.getContacts()
     forces = np.zeros((count + 1, 3))

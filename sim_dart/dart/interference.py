@@ -178,7 +178,6 @@ class _Solid:
         of a face, and a lower bound in front of an edge.
 
         Args:
-            T_world_link: Pose of the link.
             starts: Start points, shape (k, 3), in [m].
             ends: End points, shape (k, 3), in [m].
             within: Distance in [m] above which the result may be infinite.

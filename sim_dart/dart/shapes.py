@@ -39,11 +39,7 @@ class SolidShape:
 
 
 def solid_shape(shape: Shape) -> SolidShape:
-    """Create the solid shape of DART for a shape of a scene.
-
-    Args:
-        shape: The shape.
-    """
+    """Create the solid shape of DART for a shape of a scene."""
     import dartpy
 
     shapes = dartpy.dynamics
@@ -108,8 +104,6 @@ def attach(body: Any, solid: SolidShape, pose: Pose, rough: Surface) -> Any:
     DART multiplies the restitutions of both bodies, so each body has the square root of its value.
 
     Args:
-        body: The body of DART.
-        solid: The shape.
         pose: Pose of the shape in the body frame.
         rough: Friction and restitution.
 

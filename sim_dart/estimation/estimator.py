@@ -65,7 +65,6 @@ class PoseEstimator:
     `sim_dart/csrc/estimator/estimator.h`, and `horizon/frames.h` for a moving horizon.
 
     Args:
-        robot: Model of the robot.
         settings: Sensor noise and limits.
         start: Start pose, or first start pose of a search, shape (n,), in [rad] or [m] (default:
             the initial pose of the robot).

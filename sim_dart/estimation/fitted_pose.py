@@ -24,7 +24,6 @@ class FittedPose:
     estimator with the same lengths is several times as accurate.
 
     Args:
-        robot: The robot.
         q: Start pose, shape (n,), in [rad] or [m].
         offsets: Length offsets b, shape (m,), in [m].
         slack: Tension below which a muscle is ignored, a number or shape (m,), in [N].

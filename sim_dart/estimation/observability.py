@@ -46,7 +46,6 @@ def observability(robot: Robot, poses: FloatArray, settings: EstimatorSettings) 
     IMUs are ignored. At rest they measure only the direction of gravity.
 
     Args:
-        robot: The robot.
         poses: Poses, shape (K, n), in [rad] or [m].
         settings: Settings with the sensor noise.
 

@@ -64,7 +64,6 @@ class Shooting:
     the optimal motion.
 
     Args:
-        robot: The robot.
         steps: Runge-Kutta steps in each interval.
         with_laws: Whether muscles have their laws; otherwise driven muscles are ideal cables, whose
             commands are tensions.
@@ -233,7 +232,6 @@ class Shooting:
 
         Args:
             function: The function; its first arguments are the handle, and the number of items.
-            count: Number of items.
             arguments: Its other arguments: numbers, addresses, and arrays with one row per item.
         """
         failures = []

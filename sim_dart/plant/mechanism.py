@@ -121,7 +121,6 @@ class Mechanism(ABC):
 
         Args:
             commands: Muscle commands, shape (m,).
-            external: External forces, or None.
 
         Raises:
             InputError: A command is not finite.

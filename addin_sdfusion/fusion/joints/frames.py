@@ -61,7 +61,6 @@ def joint_frames(joint: Any, place: Place, reach: float) -> JointFrames:
 
     Args:
         joint: Proxy of the joint in the occurrence.
-        place: Occurrences of the joint.
         reach: Maximum distance of the sides because of slides and offsets, in [m].
     """
     transforms = (

@@ -174,7 +174,6 @@ class _Reader:
         """Return the motions, with axes in the root frame.
 
         Args:
-            kind: Type of the joint.
             freedoms: Degrees of freedom as reported by Fusion.
             free: Whether the joint has no offset and no angle and is not flipped.
         """

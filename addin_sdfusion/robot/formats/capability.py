@@ -109,7 +109,6 @@ def _row(
     """Return a row for a feature that the format changes, omits or rejects.
 
     Args:
-        treatment: Treatment of the feature.
         feature: A feature of the catalogue, or the name of a feature that only this format has.
         code: Code of the finding; the code of the feature if empty.
         message: Message of the finding; the message of the feature if empty.

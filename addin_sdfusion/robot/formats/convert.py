@@ -179,7 +179,6 @@ def format_of(
     """Return a format by its name, which also writes trajectories or reports their loss.
 
     Args:
-        name: Name of the format.
         meshes: Meshes to write next to the robot if the format supports meshes.
 
     Raises:

@@ -75,7 +75,6 @@ def motion_transform(
     """Return the transform of a motion about or along an axis.
 
     Args:
-        kind: Kind of the motion.
         axis: Unit vector.
         value: In [rad] or [m].
     """

@@ -88,7 +88,6 @@ class MuscleTrajectorySolver:
     """Solver of one problem.
 
     Args:
-        problem: The problem.
         activations: First activations, shape (N, m).
     """
 

@@ -47,11 +47,7 @@ class Terms(NamedTuple):
 
 
 class MuscleTerms:
-    """Evaluation of iterates: activations a at N frames, tendon forces x over F0 between frames.
-
-    Args:
-        problem: The problem.
-    """
+    """Evaluation of iterates: activations a at N frames, tendon forces x over F0 between frames."""
 
     def __init__(self, problem: MuscleProblem) -> None:
         self._problem = problem
@@ -135,7 +131,6 @@ class MuscleTerms:
         """Return second derivatives of mu times the balance, shape (m, N, 3, 3).
 
         Args:
-            terms: Terms of the iterate.
             mu: Multipliers of the balance, shape (m, N).
             x: Tendon forces over F0, shape (m, N + 1).
         """

@@ -102,7 +102,6 @@ class _Swap:
         """Return the transform of positions to the new part in the root frame.
 
         Args:
-            path: Path of the part.
             target: Path of the new part, or empty.
             is_on_part: Whether positions are in the frame of the part instead of the root frame.
         """

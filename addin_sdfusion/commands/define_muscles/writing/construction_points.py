@@ -45,8 +45,6 @@ def set_attribute(owner: Any, name: str, text: str, label: str, reason: str = ""
 
     Args:
         owner: The design, point or face.
-        name: Name of the attribute.
-        text: Text of the attribute.
         label: Name of the object for error messages.
         reason: Known reason why it cannot be written, or empty.
     """

@@ -27,7 +27,6 @@ def _joint(translations: str, rotations: str, order: str | None = None) -> Caspr
     """Return a joint type of translations and then rotations, each given by its axis letter.
 
     Args:
-        translations: Axes of the translations.
         rotations: Axes of the rotations, from the parent to the child.
         order: Order of the rotations in q, if different.
     """

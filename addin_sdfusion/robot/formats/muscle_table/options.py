@@ -38,7 +38,6 @@ def read_options(kind: type[Options], text: str, where: str) -> Options:
     """Return the options in a JSON text.
 
     Args:
-        kind: Class of the options.
         text: The text; empty for default values.
         where: The object with the options, for messages.
 

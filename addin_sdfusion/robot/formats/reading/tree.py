@@ -40,7 +40,6 @@ def fixed_roots(
 
     Args:
         links: Elements of the links, with their names.
-        joints: Joints of the file.
         pose: Function that returns the pose of a link in the world frame.
         model: Element of the robot.
     """

@@ -72,7 +72,6 @@ def plugin_content(
     """Add the content of the plugin.
 
     Args:
-        plugin: Parent element.
         joint_elements: Joint elements of the motions of each joint, in order.
         loops: The loop joints that the format does not support.
         springs: Whether to write springs, for formats whose joint elements do not support them.

@@ -36,7 +36,6 @@ def read_sdf(
     written by `write_sdf`. If neither has cable sets, muscles directly in these elements are read.
 
     Args:
-        file: The SDF file.
         cable_set: Cable set to activate; the default of the file if None.
         notes: Collects findings, locations and files.
         repair: Whether to repair known inertia errors.

@@ -24,7 +24,6 @@ def write_document(
     Args:
         folder: Output folder; created if it does not exist.
         name: File name without suffix; the name of the robot if None.
-        suffix: File name suffix.
         text: Function that returns the content.
 
     Raises:

@@ -54,7 +54,6 @@ def ends_on(
     """Return the via points before and after a wrap, in the surface's frame.
 
     Args:
-        muscle: Its muscle.
         wrap: A wrap of the muscle.
         poses: The pose of every link in the world.
     """

@@ -145,7 +145,6 @@ def offset(node: Node, angles: str) -> Transform:
     """Return the pose of a frame or a wrap object in its parent.
 
     Args:
-        node: Element of the frame.
         angles: Tag of its body-fixed angles about x, y and z.
     """
     p = node.vector("translation") if node.all("translation") else ZERO

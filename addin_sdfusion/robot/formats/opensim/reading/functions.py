@@ -39,7 +39,6 @@ def read_terms(node: Node, coordinates: Sequence[str], depth: int = 0) -> Terms:
     """Return a function of coordinates as a sum; report unsupported functions as errors.
 
     Args:
-        node: Element of the function.
         coordinates: Names of the coordinates that it depends on.
         depth: Number of functions that contain it.
     """

@@ -55,7 +55,6 @@ def add_body(
     """Add a link.
 
     Args:
-        bodies: Parent element.
         files: Mesh file by URI.
         min_mass: Minimum mass to write, in [kg].
     """

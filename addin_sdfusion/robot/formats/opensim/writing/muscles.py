@@ -118,7 +118,6 @@ def force_element(forces: ElementTree.Element, muscle: Muscle) -> ElementTree.El
     """Add a muscle with its properties, but without its path.
 
     Args:
-        forces: Parent element.
         muscle: The muscle. If OpenSim has no class for its law, it becomes a PathActuator, whose
             control is the tension in [N].
     """
