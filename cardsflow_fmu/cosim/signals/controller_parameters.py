@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.model.trajectory import Space
@@ -15,7 +16,7 @@ from .port import (
     effort,
     force_unit,
     motor_signals,
-    muscle_signals,
+    muscle_ports,
     task_signals,
 )
 
@@ -56,11 +57,11 @@ def bound_ports(robot: Robot) -> Groups:
 
 
 def _muscle_bounds(robot: Robot, prefix: str, bound: str) -> list[Port]:
+    muscles, text = range(len(robot.muscles)), f"{bound} force of muscle"
+    ports = muscle_ports(prefix, "N", text, robot, "parameter", muscles, "tunable")
     return [
-        Port(name, "N", "parameter", "tunable", description, value, lower=0.0)
-        for name, muscle in zip(muscle_signals(prefix, robot), robot.muscles, strict=True)
-        for description in [f"{bound} force of muscle {muscle.name}"]
-        for value in [min(getattr(muscle, prefix), sys.float_info.max)]
+        replace(port, start=min(getattr(muscle, prefix), sys.float_info.max), lower=0.0)
+        for port, muscle in zip(ports, robot.muscles, strict=True)
     ]
 
 

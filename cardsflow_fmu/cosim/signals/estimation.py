@@ -16,7 +16,9 @@ from .port import (
     Port,
     coordinate_signals,
     count_port,
+    motor_ports,
     motor_signals,
+    muscle_ports,
     muscle_signals,
     signal_names,
     time_port,
@@ -39,36 +41,22 @@ def measured_muscles(robot: Robot) -> list[int]:
     return [k for k, muscle in enumerate(robot.muscles) if law_of(muscle.model).command is not None]
 
 
-def _muscle_ports(
-    robot: Robot, prefix: str, unit: str, causality: Causality, quantity: str
-) -> list[Port]:
-    """Return a port for each muscle with sensors."""
-    names = muscle_signals(prefix, robot)
-    return [
-        Port(names[k], unit, causality, "continuous", f"{quantity} {robot.muscles[k].name}")
-        for k in measured_muscles(robot)
-    ]
-
-
-def _motor_ports(robot: Robot, mark: str, causality: Causality, quantity: str) -> list[Port]:
-    """Return a port for the torque of each joint motor."""
-    return [
-        Port(name, force_unit(c), causality, "continuous", f"{quantity} {c.name}")
-        for name, c in zip(motor_signals(MOTOR_TORQUE + mark, robot), robot.motors, strict=True)
-    ]
-
-
 def _measurement_ports(
     robot: Robot, encoded: Sequence[int], units: Sequence[str], causality: Causality, mark: str
 ) -> Groups:
     """Return the ports of all measurements, with a suffix of the prefixes."""
+    muscles = measured_muscles(robot)
     positions = coordinate_signals(POSITION + mark, robot)
     return {
-        "lengths": _muscle_ports(robot, LENGTH + mark, "m", causality, "Measured length of muscle"),
-        "measured_tensions": _muscle_ports(
-            robot, TENSION + mark, "N", causality, "Measured tension of muscle"
+        "lengths": muscle_ports(
+            LENGTH + mark, "m", "Measured length of muscle", robot, causality, muscles
         ),
-        "measured_torques": _motor_ports(robot, mark, causality, "Measured torque of"),
+        "measured_tensions": muscle_ports(
+            TENSION + mark, "N", "Measured tension of muscle", robot, causality, muscles
+        ),
+        "measured_torques": motor_ports(
+            MOTOR_TORQUE + mark, "Measured torque of", robot, causality
+        ),
         "encoders": [
             Port(positions[j], c.unit, causality, "continuous", f"Measured position of {c.name}")
             for j, c in enumerate(robot.coordinates)
@@ -103,8 +91,10 @@ def sensor_groups(robot: Robot, encoded: Sequence[int], units: Sequence[str]) ->
             prefix: coordinate_ports(prefix, per, quantity, robot, "input", "continuous")
             for prefix, per, quantity in (("q", "", "Position"), ("qd", "/s", "Velocity"))
         },
-        "tensions": _muscle_ports(robot, TENSION, "N", "input", "Tension of"),
-        "torques": _motor_ports(robot, "", "input", "Torque of the motor of"),
+        "tensions": muscle_ports(
+            TENSION, "N", "Tension of", robot, "input", measured_muscles(robot)
+        ),
+        "torques": motor_ports(MOTOR_TORQUE, "Torque of the motor of", robot, "input"),
         **_measurement_ports(robot, encoded, units, "output", MEASURED),
         "worker_timeout": [WORKER_TIMEOUT],
     }
@@ -178,15 +168,14 @@ def _estimate_ports(robot: Robot) -> Groups:
 
 def _offset_ports(robot: Robot, offsets: Sequence[float], estimates_offsets: bool) -> Groups:
     """Return the length offsets as parameters, and their estimates as outputs."""
-    quantity = "Offset of the measured length of muscle"
-    starts = _muscle_ports(robot, "offset", "m", "parameter", quantity)
+    muscles, quantity = measured_muscles(robot), "Offset of the measured length of muscle"
+    starts = muscle_ports("offset", "m", quantity, robot, "parameter", muscles, "fixed")
     return {
         "offsets": [
-            replace(port, variability="fixed", start=offsets[k])
-            for k, port in zip(measured_muscles(robot), starts, strict=True)
+            replace(port, start=offsets[k]) for k, port in zip(muscles, starts, strict=True)
         ],
         **{
-            group: _muscle_ports(robot, prefix, "m", "output", f"{quantity} of muscle")
+            group: muscle_ports(prefix, "m", f"{quantity} of muscle", robot, "output", muscles)
             if estimates_offsets
             else []
             for group, prefix, quantity in (
@@ -199,13 +188,9 @@ def _offset_ports(robot: Robot, offsets: Sequence[float], estimates_offsets: boo
 
 def estimate_inputs(robot: Robot) -> Groups:
     """Return the inputs of a controller from an estimator in addition to the state."""
-    loads = zip(coordinate_signals(ESTIMATE["w"], robot), robot.coordinates, strict=True)
     is_valid = "The state is reliable; otherwise commands ramp down"
     return {
-        "estimated_loads": [
-            Port(name, force_unit(c), "input", "continuous", f"Estimated unknown load of {c.name}")
-            for name, c in loads
-        ],
+        "estimated_loads": [replace(w, causality="input") for w in _estimate_ports(robot)["w"]],
         "valid": [Port(VALID, "", "input", "discrete", is_valid, 1.0, boolean=True)],
     }
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from addin_sdfusion.robot import Robot
 
 from .groups import Groups
-from .muscles import nominal_force
-from .port import count_port
-from .ports import Port, force_unit, motor_signals, muscle_signals, plant_groups
+from .muscles import TENSION, tension_ports
+from .port import Port, count_port, motor_ports
+from .ports import plant_groups
 
 MEASURED_TORQUE = "torque"
 """Prefix of measured motor torques; `tau` is the commanded torque."""
@@ -27,19 +27,11 @@ def hardware_groups(
     has_tensions: bool = True,
 ) -> Groups:
     """Return the variables of the hardware: variables of the plant, and diagnostics."""
-    tensions = [
-        Port(name, "N", "output", "continuous", description, nominal=nominal_force(muscle))
-        for name, muscle in zip(muscle_signals("tension", robot), robot.muscles, strict=True)
-        for description in [f"Measured tension of muscle {muscle.name}"]
-        if has_tensions
-    ]
-    tensions += [
-        Port(
-            name, force_unit(c), "output", "continuous", f"Measured torque of the motor of {c.name}"
-        )
-        for name, c in zip(motor_signals(MEASURED_TORQUE, robot), robot.motors, strict=True)
-        if has_tensions
-    ]
+    muscles, text = range(len(robot.muscles)), "Measured torque of the motor of"
+    tensions: list[Port] = []
+    if has_tensions:
+        tensions += tension_ports(TENSION, "Measured tension of muscle", robot, muscles)
+        tensions += motor_ports(MEASURED_TORQUE, text, robot, "output")
     modes = ", ".join(f"{number} {name}" for number, name in MODES.items())
     diagnostics = [
         Port("age", "s", "output", "continuous", "Time since the state was received"),
@@ -53,6 +45,9 @@ def hardware_groups(
     f_min = [muscle.f_min for muscle in robot.muscles]
     for name, ports in plant_groups(robot, q, qd, step, forces=f_min).items():
         if name == "q_start":  # the first parameter
-            groups |= {"measured_tensions": tensions, "diagnostics": diagnostics}
+            groups |= {
+                "measured_tensions": tensions,
+                "diagnostics": diagnostics,
+            }
         groups[name] = ports
     return groups

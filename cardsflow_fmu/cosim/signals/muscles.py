@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 
 from addin_sdfusion.robot import Muscle, Robot
 from addin_sdfusion.robot.model.muscle_laws import law_of, range_of, states_of
 from sim_dart.muscles.friction import bend_count
 
 from .groups import Groups
-from .port import Causality, Port, Variability, muscle_signals, nominal_of, signal_names
+from .port import Causality, Port, Variability, muscle_ports, muscle_signals, nominal_of
 
 FORCE, COMMAND, TENSION, FAR_TENSION = "f", "u", "tension", "far_tension"
 
@@ -137,18 +138,12 @@ def command_ports(
     return ports
 
 
-def tension_ports(robot: Robot, *, has_ideal: bool) -> list[Port]:
-    """Return the outputs `tension.<muscle>` of muscles.
-
-    Args:
-        has_ideal: Whether muscles without a muscle law have one, too.
-    """
-    rows = zip(muscle_signals(TENSION, robot), robot.muscles, strict=True)
+def tension_ports(prefix: str, quantity: str, robot: Robot, muscles: Sequence[int]) -> list[Port]:
+    """Return `muscle_ports` of tensions, which are outputs."""
+    ports = muscle_ports(prefix, "N", quantity, robot, "output", muscles)
     return [
-        Port(name, "N", "output", "continuous", description, nominal=nominal_force(muscle))
-        for name, muscle in rows
-        if has_ideal or is_modelled(muscle)
-        for description in [f"Tension of muscle {muscle.name}"]
+        replace(port, nominal=nominal_force(robot.muscles[k]))
+        for k, port in zip(muscles, ports, strict=True)
     ]
 
 
@@ -166,20 +161,6 @@ def nominal_force(muscle: Muscle) -> float:
 def friction_muscles(robot: Robot) -> list[int]:
     """Return the indices of the muscles with cable friction."""
     return [k for k, muscle in enumerate(robot.muscles) if bend_count(muscle)]
-
-
-def far_tension_ports(robot: Robot) -> list[Port]:
-    """Return the outputs `far_tension.<muscle>` of all muscles with cable friction."""
-    muscles = [robot.muscles[k] for k in friction_muscles(robot)]
-    names = signal_names(FAR_TENSION, [muscle.name for muscle in muscles])
-    quantity = "Tension at the last via point, after cable friction, of muscle"
-    return [
-        Port(
-            *(name, "N", "output", "continuous", f"{quantity} {muscle.name}"),
-            nominal=nominal_force(muscle),
-        )
-        for name, muscle in zip(names, muscles, strict=True)
-    ]
 
 
 def energy_ports() -> list[Port]:

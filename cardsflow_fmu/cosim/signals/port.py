@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -57,6 +57,35 @@ def time_port(name: str, description: str, start: float) -> Port:
 def count_port(name: str, description: str, upper: float = math.inf) -> Port:
     """Return an output that is a number from 0 to `upper`, such as a count."""
     return Port(name, "", "output", "discrete", description, lower=0.0, upper=upper)
+
+
+def muscle_ports(
+    prefix: str,
+    unit: str,
+    quantity: str,
+    robot: Robot,
+    causality: Causality,
+    muscles: Sequence[int],
+    variability: Variability = "continuous",
+) -> list[Port]:
+    """Return `prefix.<muscle>` of muscles by their indices.
+
+    Args:
+        quantity: Beginning of the descriptions, which end with the name of the muscle.
+    """
+    names = muscle_signals(prefix, robot)
+    return [
+        Port(names[k], unit, causality, variability, f"{quantity} {robot.muscles[k].name}")
+        for k in muscles
+    ]
+
+
+def motor_ports(prefix: str, quantity: str, robot: Robot, causality: Causality) -> list[Port]:
+    """Return `prefix.<coordinate>` of every motor, with descriptions like `muscle_ports`."""
+    return [
+        Port(name, force_unit(c), causality, "continuous", f"{quantity} {c.name}")
+        for name, c in zip(motor_signals(prefix, robot), robot.motors, strict=True)
+    ]
 
 
 def signal_names(prefix: str, names: Iterable[str]) -> list[str]:

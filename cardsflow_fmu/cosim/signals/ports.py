@@ -18,10 +18,13 @@ from addin_sdfusion.robot.model.trajectory import Space
 from .controller_parameters import bound_ports, gain_ports
 from .groups import Groups
 from .muscles import (
+    FAR_TENSION,
+    TENSION,
     command_ports,
     energy_ports,
-    far_tension_ports,
+    friction_muscles,
     ideal_muscles,
+    modelled_muscles,
     nominal_force,
     state_ports,
     tension_ports,
@@ -37,6 +40,7 @@ from .port import (
     identifier,
     load_signals,
     motor_signals,
+    muscle_ports,
     muscle_signals,
     nominal_of,
     signal_names,
@@ -129,17 +133,12 @@ def _force_ports(
     robot: Robot, causality: Causality, variability: Variability, starts: Sequence[float] = ()
 ) -> list[Port]:
     """Return `f.<muscle>` of every muscle. Start values are 0 if `starts` is empty."""
-    rows = zip(
-        muscle_signals("f", robot), robot.muscles, starts or [0.0] * len(robot.muscles), strict=True
-    )
+    muscles = range(len(robot.muscles))
+    ports = muscle_ports("f", "N", "Force of muscle", robot, causality, muscles, variability)
+    starts = starts or [0.0] * len(robot.muscles)
     return [
-        Port(
-            *(name, "N", causality, variability, f"Force of muscle {muscle.name}", start),
-            lower=0.0,
-            upper=muscle.f_max,
-            nominal=nominal_force(muscle),
-        )
-        for name, muscle, start in rows
+        replace(port, start=start, lower=0.0, upper=m.f_max, nominal=nominal_force(m))
+        for port, m, start in zip(ports, robot.muscles, starts, strict=True)
     ]
 
 
@@ -209,6 +208,9 @@ def plant_groups(
         scene: Surroundings of the robot, or None.
         has_tensions: Whether tensions of muscles without a muscle law are outputs.
     """
+    muscles = range(len(robot.muscles))
+    measured = muscles if has_tensions else modelled_muscles(robot)
+    far = "Tension at the last via point, after cable friction, of muscle"
     pulls = _force_ports(robot, "input", "continuous", forces)
     driven = command_ports(robot, "input", "continuous", commands)
     return {
@@ -219,13 +221,12 @@ def plant_groups(
         "q": coordinate_ports("q", "", "Position", robot, "output", "continuous"),
         "qd": coordinate_ports("qd", "/s", "Velocity", robot, "output", "continuous"),
         "lengths": [
-            Port(name, "m", "output", "continuous", description, lower=0.0, nominal=nominal_of("m"))
-            for name, muscle in zip(muscle_signals("l", robot), robot.muscles, strict=True)
-            for description in [f"Path length of muscle {muscle.name}"]
+            replace(port, lower=0.0, nominal=nominal_of("m"))
+            for port in muscle_ports("l", "m", "Path length of muscle", robot, "output", muscles)
         ],
         "tasks": _task_ports("y", "", "Task coordinate", robot, "output"),
-        "tensions": tension_ports(robot, has_ideal=has_tensions),
-        "far_tensions": far_tension_ports(robot),
+        "tensions": tension_ports(TENSION, "Tension of muscle", robot, measured),
+        "far_tensions": tension_ports(FAR_TENSION, far, robot, friction_muscles(robot)),
         "states": state_ports(robot, "output"),
         "energies": energy_ports() if energy else [],
         "world": world_ports(scene),

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from addin_sdfusion.robot import Robot
 
 from .groups import Groups
-from .port import Causality, Port, coordinate_signals, count_port, muscle_signals
+from .port import Causality, Port, coordinate_signals, count_port, muscle_ports, muscle_signals
 
 FAULTS = {
     0: "none",
@@ -123,16 +123,14 @@ def fault_groups(
     """
     if not has_faults:
         return dict.fromkeys(FAULT_GROUPS, ())
-    names = [robot.muscles[k].name for k in muscles]
 
     def of_muscles(prefix: str, quantity: str, kinds: str) -> list[Port]:
         signals = muscle_signals(prefix, robot)
         return [
-            count_port(signals[k], f"{quantity} {name}: {kinds}", max(FAULTS))
-            for k, name in zip(muscles, names, strict=True)
+            count_port(signals[k], f"{quantity} {robot.muscles[k].name}: {kinds}", max(FAULTS))
+            for k in muscles
         ]
 
-    forces = muscle_signals("f", robot)
     encoders = coordinate_signals("encoder_fault", robot)
     report = (
         ("fault_time", "s", "Time of the newest decision, from the start"),
@@ -142,10 +140,7 @@ def fault_groups(
         ("fault_value", "", "Factor, offset in m or stiffness in N/m of the newest fault"),
     )
     return {
-        "commands": [
-            Port(forces[k], "N", "input", "continuous", f"Force command of muscle {name}")
-            for k, name in zip(muscles, names, strict=True)
-        ],
+        "commands": muscle_ports("f", "N", "Force command of muscle", robot, "input", muscles),
         "muscle_faults": of_muscles("fault", "Fault of muscle", _kinds(1, 3)),
         "length_faults": of_muscles("length_fault", "Fault of the length sensor of", _kinds(4, 7)),
         "tension_faults": of_muscles(
