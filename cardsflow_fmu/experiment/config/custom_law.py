@@ -12,6 +12,7 @@ from addin_sdfusion.robot.files import read_file
 
 _CUSTOM_LAW = re.compile(r"(?P<file>.+\.py):(?P<name>[^\W\d]\w*)", re.DOTALL)
 CUSTOM_LAW_FORM = "<file>.py:<class>"
+CUSTOM_LAW_SCHEMA = {"type": "string", "pattern": r"\.py:\w+$"}
 
 
 class CustomLaw(NamedTuple):

@@ -18,6 +18,7 @@ from pydantic import (
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
+    PlainValidator,
     Strict,
     TypeAdapter,
     ValidationError,
@@ -185,7 +186,7 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 @functools.cache
 def numbers(count: int) -> Any:
     """Return the type of a list with a fixed count of numbers."""
-    return Annotated[tuple[float, ...], Numbers(count)]
+    return Annotated[tuple[float, ...], list_of(count)]
 
 
 def plain(value: Any) -> Any:
@@ -246,37 +247,17 @@ def _fraction(value: float) -> float:
     return value
 
 
-class _File:
-    """Annotation of a path that is relative to the folder of the settings file."""
+def list_of(count: int, kind: str = "numbers") -> BeforeValidator:
+    """Return the annotation of a list with a fixed count of numbers or names."""
 
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
-        return core_schema.with_info_plain_validator_function(_path)
-
-    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> Any:
-        return {"type": "string", "minLength": 1}
-
-
-class Numbers:
-    """Annotation of a list with a fixed count of numbers or names."""
-
-    def __init__(self, count: int, kind: str = "numbers") -> None:
-        self._count, self._kind = count, kind
-
-    def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
-    ) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(self._to_tuple, handler(source))
-
-    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> Any:
-        count, item = self._count, {"type": "number" if self._kind == "numbers" else "string"}
-        return {"type": "array", "items": item, "minItems": count, "maxItems": count}
-
-    def _to_tuple(self, value: Any) -> tuple[Any, ...]:
-        if not isinstance(value, list | tuple) or len(value) != self._count:
-            raise SettingError(f"must be a list of {self._count} {self._kind}, not {value!r}")
+    def to_tuple(value: Any) -> tuple[Any, ...]:
+        if not isinstance(value, list | tuple) or len(value) != count:
+            raise SettingError(f"must be a list of {count} {kind}, not {value!r}")
         return tuple(value)
+
+    item = {"type": "number" if kind == "numbers" else "string"}
+    schema = {"type": "array", "items": item, "minItems": count, "maxItems": count}
+    return BeforeValidator(to_tuple, json_schema_input_type=Annotated[Any, WithJsonSchema(schema)])
 
 
 class ShortForm:
@@ -314,8 +295,9 @@ AS_WHOLE = BeforeValidator(_whole)
 """Annotation of an integer: numbers without a fraction are accepted. It must follow the bounds."""
 Whole = Annotated[int, AS_WHOLE]
 Text = Annotated[str, Field(min_length=1)]
-File = Annotated[Path, _File()]
-Vector3 = Annotated[tuple[float, float, float], Numbers(3)]
-Pair = Annotated[tuple[float, float], Numbers(2)]
+File = Annotated[Path, PlainValidator(_path, json_schema_input_type=Text)]
+"""Path that is relative to the folder of the settings file."""
+Vector3 = Annotated[tuple[float, float, float], list_of(3)]
+Pair = Annotated[tuple[float, float], list_of(2)]
 Listed = Strict(False)
 """Annotation of a tuple that is a list in files."""

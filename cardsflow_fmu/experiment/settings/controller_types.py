@@ -10,7 +10,11 @@ from pydantic import AfterValidator, ValidatorFunctionWrapHandler, WithJsonSchem
 
 from addin_sdfusion.robot import UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
-from cardsflow_fmu.experiment.config.custom_law import CUSTOM_LAW_FORM, CustomLaw
+from cardsflow_fmu.experiment.config.custom_law import (
+    CUSTOM_LAW_FORM,
+    CUSTOM_LAW_SCHEMA,
+    CustomLaw,
+)
 from cardsflow_fmu.experiment.config.messages import SettingError
 from cardsflow_fmu.experiment.config.table import Text
 from controllers.laws.joint_laws import JOINT_LAWS
@@ -94,16 +98,6 @@ JOINT_ACCELERATION = tuple(
 OPERATIONAL = tuple(name for name, law in TYPES.items() if law.space == "operational")
 
 
-def require_law(law: str) -> None:
-    """Check that a setting names a built-in law or has the form of a custom law.
-
-    Raises:
-        UnknownNameError: The setting is neither.
-    """
-    if law not in TYPES and CustomLaw.of(law) is None:
-        raise UnknownNameError("controller type", law, [*TYPES, CUSTOM_LAW_FORM])
-
-
 def control_type(law: str, space: Space | None = None) -> ControlType:
     """Return the properties of a law.
 
@@ -178,18 +172,15 @@ Rank = Annotated[float, AfterValidator(_rank), WithJsonSchema({"type": "number",
 
 
 def _law(law: str) -> str:
-    try:
-        require_law(law)
-    except UnknownNameError as error:
-        raise SettingError(error) from None
+    if law not in TYPES and CustomLaw.of(law) is None:
+        raise SettingError(UnknownNameError("controller type", law, [*TYPES, CUSTOM_LAW_FORM]))
     return law
 
 
-_CUSTOM_LAW = {"type": "string", "pattern": r"\.py:\w+$"}
 Law = Annotated[
     str,
     AfterValidator(_law),
-    WithJsonSchema({"anyOf": [{"enum": list(TYPES)}, _CUSTOM_LAW]}),
+    WithJsonSchema({"anyOf": [{"enum": list(TYPES)}, CUSTOM_LAW_SCHEMA]}),
 ]
 
 Solver = Annotated[Text, AfterValidator(_solver)]

@@ -29,7 +29,11 @@ from addin_sdfusion.robot.model.laws.law import Parameter
 from addin_sdfusion.robot.model.muscle import CableModel, CustomMuscleLaw
 from addin_sdfusion.robot.model.muscle_laws import PRESETS
 from cardsflow_fmu.cosim.signals.units import SI_UNITS
-from cardsflow_fmu.experiment.config.custom_law import CUSTOM_LAW_FORM, CustomLaw
+from cardsflow_fmu.experiment.config.custom_law import (
+    CUSTOM_LAW_FORM,
+    CUSTOM_LAW_SCHEMA,
+    CustomLaw,
+)
 from cardsflow_fmu.experiment.config.key_path import expand_names
 from cardsflow_fmu.experiment.config.messages import SettingError, join_keys
 from cardsflow_fmu.experiment.config.table import Context, FromZero, ShortForm, Table, setting
@@ -122,12 +126,11 @@ def _kind(kind: str, kinds: Iterable[str] = MUSCLE_LAWS) -> str:
     return kind
 
 
-_CUSTOM_LAW = {"type": "string", "pattern": r"\.py:\w+$"}
 _Preset: Any = Literal[(*PRESETS, HILL_FROM_PATH)]
 _Kind: Any = Annotated[
     str,
     AfterValidator(_kind),
-    WithJsonSchema({"anyOf": [{"enum": list(MUSCLE_LAWS)}, _CUSTOM_LAW]}),
+    WithJsonSchema({"anyOf": [{"enum": list(MUSCLE_LAWS)}, CUSTOM_LAW_SCHEMA]}),
 ]
 LawSettings: Any = create_model(
     "LawSettings",
@@ -148,7 +151,7 @@ LawSettings: Any = create_model(
 )
 
 
-_NAMES = {"anyOf": [{"enum": _MODELS}, _CUSTOM_LAW]}
+_NAMES = {"anyOf": [{"enum": _MODELS}, CUSTOM_LAW_SCHEMA]}
 
 
 class MuscleSettings(Table):

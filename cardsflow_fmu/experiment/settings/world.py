@@ -14,20 +14,20 @@ from cardsflow_fmu.experiment.config.table import (
     Fraction,
     FromZero,
     Listed,
-    Numbers,
     Positive,
     ShortForm,
     Table,
     Text,
     Vector3,
+    list_of,
     setting,
 )
 from sim_dart.scene import FrictionLaw, LinkGeometry
 
 ShapeName = Literal["sphere", "box", "capsule", "cylinder", "mesh"]
 
-NamePair = Annotated[tuple[str, str], Numbers(2, "names")]
-Sizes = Annotated[tuple[Positive, Positive, Positive], Numbers(3)]
+NamePair = Annotated[tuple[str, str], list_of(2, "names")]
+Sizes = Annotated[tuple[Positive, Positive, Positive], list_of(3)]
 
 _ORIGIN = (0.0, 0.0, 0.0)
 SIZES: dict[str, tuple[str, ...]] = {
