@@ -177,10 +177,7 @@ def _emulated_robot(
                 raise InputError(problem, key=f"--{option.replace('_', '-')}")
         experiment = Experiment.load(path, parse_settings(options.set))
         settings = _with_failures(experiment.hardware, options.fault)
-        device = settings.emulator
-        emulated = EmulatedRobot.from_experiment(
-            experiment, motor_lag=device.motor_lag, sensors=device.sensors, failures=device.failures
-        )
+        emulated = EmulatedRobot.from_experiment(experiment, settings.emulator)
         return emulated, settings, ShownRobot.from_experiment(experiment)
     from addin_sdfusion.robot.formats.read import read
     from cardsflow_fmu.experiment.packed_files import mesh_roots
@@ -189,10 +186,7 @@ def _emulated_robot(
     step = 1e-3 if options.step is None else options.step
     settings = _hardware_settings(options, path, step, robot)
     settings = _with_failures(settings, options.fault)
-    device = settings.emulator
-    emulated = EmulatedRobot(
-        robot, step, motor_lag=device.motor_lag, sensors=device.sensors, failures=device.failures
-    )
+    emulated = EmulatedRobot(robot, step, emulator=settings.emulator)
     return emulated, settings, ShownRobot(robot, path.parent, mesh_roots(path, [path], ()))
 
 

@@ -187,16 +187,6 @@ class EmulatorSettings(Faults, SensorSettings):
         "failures: tables [[hardware.emulator.failures]]", ()
     )
 
-    @property
-    def sensors(self) -> SensorSettings:
-        """Noise and resolution of the sensors."""
-        return self
-
-    @property
-    def faults(self) -> Faults:
-        """Transmission faults."""
-        return self
-
 
 class LinkSettings(Table):
     """Address and timing of the hardware."""

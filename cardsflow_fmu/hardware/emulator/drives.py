@@ -5,8 +5,8 @@
     velocity:  the same,                l0' = u/k,        or l0' = -r u/k
 
 u is the command. These models are the inverse of those in `motors`, which defines the other
-symbols. Tensions are between 0 and f_max. A first-order lag f' = (f_d - f)/T follows, solved in
-closed form over a step.
+symbols. Tensions are between 0 and f_max. `EmulatedRobot` adds a first-order lag
+f' = (f_d - f)/T, solved in closed form over a step.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Protocol
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot import Robot
 from cardsflow_fmu.experiment.settings.hardware import MotorSettings
 from cardsflow_fmu.hardware.protocol.signals import actuator_bounds
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -154,26 +154,3 @@ def make_drive(settings: MotorSettings, robot: Robot) -> Drive:
     if settings.command == "force":
         return ForceDrive(f_min, f_max)
     return SpringDrive(settings, [muscle.name for muscle in robot.muscles], f_max)
-
-
-class Lag:
-    """First-order lag.
-
-    Args:
-        time_constant: Time constant T, in [s]; 0 for no lag.
-
-    Raises:
-        InputError: The time constant is negative or not finite.
-    """
-
-    def __init__(self, time_constant: float) -> None:
-        if not 0 <= time_constant < math.inf:
-            raise InputError(f"the motors' time constant must be 0 s or more, not {time_constant}")
-        self._time_constant = time_constant
-
-    def filter(self, value: FloatArray, target: FloatArray, dt: float) -> FloatArray:
-        """Return the output after dt with a constant target, in the shape of `value`."""
-        if self._time_constant == 0:
-            return target
-        output: FloatArray = target + (value - target) * math.exp(-dt / self._time_constant)
-        return output

@@ -20,13 +20,7 @@ def emulated_device(
         settings: Hardware settings of the experiment, with the address of the link.
         key: Pre-shared key, or None for unsigned frames.
     """
-    emulator = settings.emulator
-    robot = EmulatedRobot.from_experiment(
-        experiment,
-        motor_lag=emulator.motor_lag,
-        sensors=emulator.sensors,
-        failures=emulator.failures,
-    )
+    robot = EmulatedRobot.from_experiment(experiment, settings.emulator)
     return device_of(robot, settings, key)
 
 

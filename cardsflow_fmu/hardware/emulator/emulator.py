@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,9 +11,9 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import Robot, SimulationError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.hardware import (
+    EmulatorSettings,
     FailureSettings,
     MotorSettings,
-    SensorSettings,
 )
 from cardsflow_fmu.experiment.settings.loads import DisturbanceSettings
 from cardsflow_fmu.hardware.protocol.signals import actuator_bounds, require_forces
@@ -20,7 +21,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.validation import named_vector, smallest_forces
 from sim_dart import Plant
 
-from .drives import Drive, Lag, make_drive
+from .drives import Drive, make_drive
 from .failures import Failures, Measurement
 from .sensors import Sensors
 
@@ -41,14 +42,12 @@ class EmulatedRobot:
         qd: Start velocities, shape (n,), in [rad/s] or [m/s], or None for zero.
         disturbance: External forces, or None.
         motors: Settings or model of the motors, or None for ideal force control.
-        motor_lag: Time constant of the motors, in [s].
-        sensors: Errors of the sensors, or None for ideal sensors.
+        emulator: Motor lag, errors of the sensors, and failures; None for an ideal robot.
         has_positions: Whether joint positions and velocities are measured.
         has_lengths: Whether muscle lengths are measured.
         has_tensions: Whether tensions are measured.
         safe_forces: Tensions in the safe state, a number or shape (m,), in [N], or None for f_min.
             Joint motors have zero torque in the safe state.
-        failures: Failures of cables, motors and sensors.
 
     Raises:
         InputError: A value is out of range.
@@ -70,13 +69,11 @@ class EmulatedRobot:
         qd: Sequence[float] | None = None,
         disturbance: DisturbanceSettings | None = None,
         motors: MotorSettings | Drive | None = None,
-        motor_lag: float = 0.0,
-        sensors: SensorSettings | None = None,
+        emulator: EmulatorSettings | None = None,
         has_positions: bool = True,
         has_lengths: bool = True,
         has_tensions: bool = True,
         safe_forces: ArrayLike | None = None,
-        failures: Sequence[FailureSettings] = (),
     ) -> None:
         self.plant = Plant(robot, step)
         n, m, motors_ = len(robot.coordinates), len(robot.muscles), len(robot.motors)
@@ -96,10 +93,11 @@ class EmulatedRobot:
             np.concatenate([self.drive.upper, torques[1]]),
         )
         self._torque_bounds, self._no_torque = torques, smallest_forces(*torques)
-        self._lag = Lag(motor_lag)
-        self._sensors = Sensors(sensors or SensorSettings(), n, m)
+        emulator = emulator or EmulatorSettings()
+        self._motor_lag = emulator.motor_lag
+        self._sensors = Sensors(emulator, n, m)
         names = [muscle.name for muscle in robot.muscles]
-        self._failures = Failures(failures, names, [c.name for c in robot.coordinates])
+        self._failures = Failures(emulator.failures, names, [c.name for c in robot.coordinates])
         self._safe_forces = lower[:m]
         if safe_forces is not None:
             self._safe_forces = named_vector("safe_forces", safe_forces, names)
@@ -107,20 +105,13 @@ class EmulatedRobot:
 
     @classmethod
     def from_experiment(
-        cls,
-        experiment: Experiment,
-        *,
-        motor_lag: float = 0.0,
-        sensors: SensorSettings | None = None,
-        failures: Sequence[FailureSettings] = (),
+        cls, experiment: Experiment, emulator: EmulatorSettings | None = None
     ) -> EmulatedRobot:
         """Return the emulated robot of an experiment.
 
         Args:
             experiment: The experiment, which specifies plant, start state, disturbance and motors.
-            motor_lag: Time constant of the motors, in [s].
-            sensors: Errors of the sensors, or None for ideal sensors.
-            failures: Failures of cables, motors and sensors.
+            emulator: Imperfections of the robot in addition to broken cables of the plant.
 
         Raises:
             InputError: A muscle has a muscle law, or a value is out of range. A custom law is not
@@ -128,6 +119,7 @@ class EmulatedRobot:
         """
         robot = experiment.plant_robot
         require_forces(robot, experiment.file)
+        emulator = emulator or EmulatorSettings()
         breaks = zip(robot.muscles, experiment.plant.break_time, strict=True)
         broken = [
             FailureSettings(kind="broken", part=muscle.name, time=time)
@@ -141,12 +133,10 @@ class EmulatedRobot:
             qd=experiment.start.qd,
             disturbance=experiment.disturbance,
             motors=experiment.hardware.motors,
-            motor_lag=motor_lag,
-            sensors=sensors,
+            emulator=emulator.copy_with(failures=(*emulator.failures, *broken)),
             has_positions=experiment.hardware.has_positions,
             has_lengths=experiment.hardware.has_lengths,
             has_tensions=experiment.hardware.has_tensions,
-            failures=(*failures, *broken),
         )
 
     @property
@@ -199,8 +189,8 @@ class EmulatedRobot:
         steps = int(self._remainder / step + _ROUNDING)
         self._remainder -= steps * step
         for _ in range(steps):
-            self._tension = self._lag.filter(self._tension, self._desired_tensions(), step)
-            self._torque = self._lag.filter(self._torque, self._desired_torques(), step)
+            self._tension = self._lagged(self._tension, self._desired_tensions())
+            self._torque = self._lagged(self._torque, self._desired_torques())
             self._tension = self._failures.change_tensions(
                 self._tension, plant.lengths_view, self._steps * step
             )
@@ -235,6 +225,13 @@ class EmulatedRobot:
             return self._no_torque
         within: FloatArray = np.clip(self._command[self._m :], *self._torque_bounds)
         return within
+
+    def _lagged(self, value: FloatArray, target: FloatArray) -> FloatArray:
+        """Return a tension or torque after a step with a constant target."""
+        if self._motor_lag == 0:
+            return target
+        share = math.exp(-self.plant.step_size / self._motor_lag)
+        return target + (value - target) * share
 
     def _rates(self) -> FloatArray:
         rates: FloatArray = self.plant.muscle_jacobian @ self.plant.qd

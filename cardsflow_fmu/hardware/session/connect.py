@@ -111,7 +111,7 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
         key=key,
         bind=settings.bind,
         make_device=lambda: emulated_device(experiment, settings, key),
-        faults=settings.emulator.faults,
+        faults=settings.emulator,
         make_topics=lambda address: DeviceTopics(robot, settings, address),
     )
     if isinstance(link, RosLink):  # the timeout limits the missed states, not their number

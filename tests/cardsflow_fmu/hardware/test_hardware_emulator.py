@@ -15,7 +15,7 @@ from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.cosim.signals.ports import coordinate_signals, muscle_signals
-from cardsflow_fmu.experiment.settings.hardware import CommandKind, MotorSettings, SensorSettings
+from cardsflow_fmu.experiment.settings.hardware import CommandKind, EmulatorSettings, MotorSettings
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
 from cardsflow_fmu.hardware.protocol.signals import actuator_bounds
 from cardsflow_fmu.hardware.session.motors import MotorMap
@@ -78,7 +78,9 @@ def test_an_ideal_emulated_robot_has_the_states_of_the_plant(
 
 
 def test_a_new_run_begins_in_the_start_state() -> None:
-    emulated = EmulatedRobot.from_experiment(Experiment.load(PLANAR_2R), motor_lag=0.01)
+    emulated = EmulatedRobot.from_experiment(
+        Experiment.load(PLANAR_2R), EmulatorSettings(motor_lag=0.01)
+    )
     runs = []
     for _ in range(2):
         emulated.reset()
@@ -110,7 +112,9 @@ def test_tensions_stay_within_limits_for_any_command(
 ) -> None:
     robot = planar_2r()
     f_min, f_max = actuator_bounds(robot)
-    emulated = EmulatedRobot(robot, STEP, motors=MOTORS[kind], motor_lag=lag)
+    emulated = EmulatedRobot(
+        robot, STEP, motors=MOTORS[kind], emulator=EmulatorSettings(motor_lag=lag)
+    )
     numbers = st.floats(-1e6, 1e6)
     for _ in range(5):
         command = np.array(data.draw(st.lists(numbers, min_size=M, max_size=M)))
@@ -135,7 +139,7 @@ def springs() -> SpringMotors:
 
 def test_motors_follow_with_their_time_constant() -> None:
     """f(t) = f_min + (u - f_min)(1 - exp(-t/T))."""
-    emulated = EmulatedRobot(planar_2r(), STEP, motor_lag=0.02)
+    emulated = EmulatedRobot(planar_2r(), STEP, emulator=EmulatorSettings(motor_lag=0.02))
     f_min = emulated.tension
     emulated.apply(PULL)
     for k in range(1, 60):
@@ -243,12 +247,10 @@ def test_the_safe_state_has_the_minimum_tension(kind: str) -> None:
     np.testing.assert_array_equal(slack.tension, np.zeros(M))
 
 
-def read(sensors: SensorSettings, steps: int = 300) -> tuple[np.ndarray, np.ndarray]:
+def read(sensors: EmulatorSettings, steps: int = 300) -> tuple[np.ndarray, np.ndarray]:
     """Return measurements of a motion and true values, as rows of q, qd and l."""
     robot = planar_2r()
-    pair = [
-        EmulatedRobot(robot, STEP, q=[0.1, 0.2], sensors=s) for s in (sensors, SensorSettings())
-    ]
+    pair = [EmulatedRobot(robot, STEP, q=[0.1, 0.2], emulator=s) for s in (sensors, None)]
     rows: list[list[np.ndarray]] = [[e.state()[: 2 * N + M]] for e in pair]
     for k in range(steps):
         command = PULL if (k // 40) % 2 else PULL[::-1]
@@ -261,7 +263,7 @@ def read(sensors: SensorSettings, steps: int = 300) -> tuple[np.ndarray, np.ndar
 
 def test_encoders_quantise() -> None:
     joint, length = 2000.0, 50e3
-    readings, true = read(SensorSettings(joint_counts=joint, length_counts=length))
+    readings, true = read(EmulatorSettings(joint_counts=joint, length_counts=length))
     for columns, counts in ((slice(0, N), joint), (slice(2 * N, None), length)):
         counted = readings[:, columns] * counts
         np.testing.assert_allclose(counted, np.round(counted), rtol=0, atol=1e-6)
@@ -271,24 +273,24 @@ def test_encoders_quantise() -> None:
 
 
 def test_counts_finer_than_float_precision_have_no_effect() -> None:
-    readings, true = read(SensorSettings(joint_counts=1e308, length_counts=1e308))
+    readings, true = read(EmulatorSettings(joint_counts=1e308, length_counts=1e308))
     np.testing.assert_allclose(readings, true, rtol=1e-15)
 
 
 def test_lengths_have_offsets() -> None:
     """The other measurements have no offsets."""
     offsets = (1e-3, 0.0, -2e-3, 5e-4)
-    readings, true = read(SensorSettings(length_offset=offsets))
+    readings, true = read(EmulatorSettings(length_offset=offsets))
     np.testing.assert_allclose((readings - true)[:, 2 * N :], [offsets] * len(true), atol=1e-15)
     np.testing.assert_array_equal(readings[:, : 2 * N], true[:, : 2 * N])
     with pytest.raises(InputError, match="length_offset must be 4 numbers, not 1"):
-        EmulatedRobot(planar_2r(), STEP, sensors=SensorSettings(length_offset=(1e-3,)))
+        EmulatedRobot(planar_2r(), STEP, emulator=EmulatorSettings(length_offset=(1e-3,)))
 
 
 def test_velocities_may_be_finite_differences_of_counts() -> None:
     """The error is at most one count per step, plus half a step of acceleration."""
     counts = 1e5
-    readings, true = read(SensorSettings(joint_counts=counts, differentiate_positions=True))
+    readings, true = read(EmulatorSettings(joint_counts=counts, differentiate_positions=True))
     q, qd = readings[:, :N], readings[:, N : 2 * N]
     np.testing.assert_allclose(qd[1:], np.diff(q, axis=0) / STEP, rtol=1e-9, atol=1e-9)
     np.testing.assert_array_equal(qd[0], 0.0)
@@ -299,17 +301,11 @@ def test_velocities_may_be_finite_differences_of_counts() -> None:
 
 @pytest.mark.slow
 def test_noise_has_the_specified_size_and_depends_on_the_seed() -> None:
-    readings, true = read(SensorSettings(noise=2e-3, seed=5), 1000)
-    again, _ = read(SensorSettings(noise=2e-3, seed=5), 1000)
-    other, _ = read(SensorSettings(noise=2e-3, seed=6), 1000)
+    readings, true = read(EmulatorSettings(noise=2e-3, seed=5), 1000)
+    again, _ = read(EmulatorSettings(noise=2e-3, seed=5), 1000)
+    other, _ = read(EmulatorSettings(noise=2e-3, seed=6), 1000)
     noise = (readings - true).ravel()
     assert np.std(noise) == pytest.approx(2e-3, rel=0.05)
     assert abs(np.mean(noise)) < 4 * 2e-3 / math.sqrt(noise.size)
     np.testing.assert_array_equal(readings, again)
     assert np.abs(readings - other).min() > 0
-
-
-@pytest.mark.parametrize("lag", [-0.1, math.nan, math.inf])
-def test_invalid_motors_are_rejected(lag: float) -> None:
-    with pytest.raises(InputError, match="time constant must be 0 s or more"):
-        EmulatedRobot(planar_2r(), STEP, motor_lag=lag)

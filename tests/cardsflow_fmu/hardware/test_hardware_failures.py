@@ -12,7 +12,7 @@ from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, run
-from cardsflow_fmu.experiment.settings.hardware import FailureSettings
+from cardsflow_fmu.experiment.settings.hardware import EmulatorSettings
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
 from cardsflow_fmu.models.estimator import EstimatorModel
 from cardsflow_fmu.simulation.run import simulate
@@ -23,8 +23,9 @@ TIME = 0.05
 
 
 def emulated(*failures: dict[str, Any]) -> EmulatedRobot:
-    own = [FailureSettings(**({"part": "cable_1", "time": TIME} | each)) for each in failures]
-    return EmulatedRobot(planar_2r(), STEP, q=[0.1, 0.2], failures=own)
+    rows = tuple({"part": "cable_1", "time": TIME} | each for each in failures)
+    settings = EmulatorSettings(failures=rows)
+    return EmulatedRobot(planar_2r(), STEP, q=[0.1, 0.2], emulator=settings)
 
 
 def states(robot: EmulatedRobot, steps: int = 100) -> np.ndarray:

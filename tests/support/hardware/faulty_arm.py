@@ -12,7 +12,7 @@ from support.controllers.fault_monitor import KINDS, NOISE, STEP, FaultMonitor
 from support.robots.robots import EXAMPLES
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.experiment.settings.hardware import FailureSettings, SensorSettings
+from cardsflow_fmu.experiment.settings.hardware import EmulatorSettings, FailureSettings
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
 from cardsflow_fmu.hardware.emulator.failures import Failures
 from cardsflow_fmu.models.python_law import control_law
@@ -75,9 +75,10 @@ class FaultyArm:
             *(f"tension.{name}" for name in self.muscles),
             *self.joints,
         ]
-        self._sensors = SensorSettings(noise=NOISE, tension_noise=0.05 if has_tensions else 0.0)
+        tension_noise = 0.05 if has_tensions else 0.0
+        self._sensors = EmulatorSettings(motor_lag=LAG, noise=NOISE, tension_noise=tension_noise)
         self.device = LoadedRobot(
-            self.experiment.plant_robot, INNER, q=start, motor_lag=LAG, sensors=self._sensors
+            self.experiment.plant_robot, INNER, q=start, emulator=self._sensors
         )
         dynamics = CoreDynamics(robot)
         self._f_min = dynamics.f_min
