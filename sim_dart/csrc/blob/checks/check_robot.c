@@ -39,7 +39,8 @@ static int check_masses(const blob_view *b, char *message, size_t capacity)
     for (int i = 0; i < b->counts.frames; i++) {
         if (!(b->mass[i] >= 0) || !all_finite(b->mass + i, 1))
             return reject(message, capacity, "frame %d: its mass must be >= 0", i);
-        if (!all_finite(b->mass_centre + 3 * i, 3) || !all_finite(b->inertia + 6 * i, 6))
+        const real *com = b->mass_centre + 3 * i, about_origin = b->mass[i] * dot3(com, com);
+        if (!all_finite(&about_origin, 1) || !all_finite(b->inertia + 6 * i, 6))
             return reject(message, capacity, "frame %d: its inertia is not finite", i);
     }
     for (int i = 0; i < b->counts.variables; i++) {
