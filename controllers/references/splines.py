@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -71,68 +72,31 @@ def _splines(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray
         positions, velocities and accelerations, shape (segments, orders, 3, n), as in
         `SplineReference.coefficients`.
     """
-    times = [point.time for point in points]
-    lengths = np.diff(times)
     derivatives = [np.array([row for row in (p.q, p.qd, p.qdd) if len(row)]) for p in points]
     orders = max(len(before) + len(after) for before, after in pairwise(derivatives))
-    bernstein = np.array(
-        [
-            _raise_degree(_bernstein(before, after, length), orders)
-            for (before, after), length in zip(pairwise(derivatives), lengths, strict=True)
-        ]
-    )
-    return times, _with_derivatives(_powers(bernstein, lengths))
+    times = [point.time for point in points]
+    segments = np.zeros((len(points) - 1, orders, len(points[0].q)))
+    for c, ends, length in zip(segments, pairwise(derivatives), np.diff(times), strict=True):
+        scales = np.cumprod([1.0, *[length] * (orders - 1)])
+        at_ends = np.concatenate([end * scales[: len(end), None] for end in ends])
+        M = _hermite(*map(len, ends))
+        c[: len(M)] = (M[:, :, None] * at_ends).sum(axis=1) / scales[: len(M), None]
+    return times, _with_derivatives(segments)
 
 
-def _bernstein(before: FloatArray, after: FloatArray, length: float) -> FloatArray:
-    """Return the polynomial with given values and derivatives at both ends, in Bernstein form.
-
-    The q-th derivative at an end only depends on the q + 1 coefficients nearest to that end.
+@cache
+def _hermite(before: int, after: int) -> FloatArray:
+    """Return the matrix from values and derivatives at the ends to the coefficients of u^0, u^1...
 
     Args:
-        before: Value and derivatives at the start, shape (1 to 3, n).
-        after: Value and derivatives at the end, shape (1 to 3, n).
-        length: Time between start and end, in [s].
-
-    Returns:
-        Coefficients, shape (len(before) + len(after), n).
+        before: Number of values and derivatives at u = 0, 1 to 3.
+        after: The same at u = 1.
     """
-    count = len(before) + len(after)
-    c = np.empty((count, before.shape[1]))
-    for q, row in enumerate(before):
-        c[q] = row / math.perm(count - 1, q) * length**q
-        for j in range(q):
-            c[q] -= (-1) ** (j + q) * math.comb(q, j) * c[j]
-    for q, row in enumerate(after):
-        c[-q - 1] = row / math.perm(count - 1, q) * (-1) ** q * length**q
-        for j in range(q):
-            c[-q - 1] -= (-1) ** (j + 1) * math.comb(q, j + 1) * c[-q + j]
-    return c
-
-
-def _raise_degree(c: FloatArray, orders: int) -> FloatArray:
-    """Return the same polynomial in Bernstein form with more coefficients."""
-    degree, more = len(c) - 1, orders - len(c)
-    if not more:
-        return c
-    raised = np.zeros((orders, c.shape[1]))
-    for a in range(len(c)):
-        for j in range(more + 1):
-            term = c[a] * math.comb(degree, a) * math.comb(more, j)
-            raised[a + j] += term / math.comb(degree + more, a + j)
-    return raised
-
-
-def _powers(bernstein: FloatArray, lengths: FloatArray) -> FloatArray:
-    """Convert Bernstein form to powers of time, lowest first, shape (segments, orders, n)."""
-    degree = bernstein.shape[1] - 1
-    powers = np.zeros_like(bernstein)
-    for a in range(degree + 1):
-        factor = (-1) ** a * math.comb(degree, a) * bernstein[:, a]
-        for s in range(a, degree + 1):
-            weight = math.comb(degree - a, s - a) * (-1) ** s
-            powers[:, s] += factor * weight / lengths[:, None] ** s
-    return powers
+    powers = range(before + after)
+    rows = [[math.perm(k, q) * float(k == q) for k in powers] for q in range(before)]
+    rows += [[float(math.perm(k, q)) for k in powers] for q in range(after)]
+    M: FloatArray = np.rint(2.0 * np.linalg.inv(rows)) / 2.0
+    return M  # exact, since all entries are multiples of 1/2
 
 
 def _blends(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:
