@@ -14,10 +14,11 @@ import numpy as np
 
 from addin_sdfusion.robot import SimulationError
 from controllers.arrays import FloatArray
+from controllers.force_distribution.feasibility import linear_program
+from controllers.force_distribution.motor_columns import split_motors
 
 from .inverse_dynamics import MotionTerms
 
-_OPTIONS: Any = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 _SMALL = 1e-12
 _MAX_MISSING = 1e-8  # torque error of a feasible point, relative to the torques
 
@@ -61,20 +62,10 @@ def _columns(
     Failed actuators have zero rows. Motors have a row for each sign, so that a factor scales both
     limits of their torques.
     """
-    shape, motors = terms.L.shape[:2], terms.motors
-    L, low, high = (
-        terms.L.copy(),
-        np.array(np.broadcast_to(low, shape)),
-        np.broadcast_to(high, shape),
-    )
+    shape = terms.L.shape[:2]
+    L, low = terms.L.copy(), np.array(np.broadcast_to(low, shape))
     L[:, list(failed)], low[:, list(failed)] = 0.0, 0.0
-    if not motors:
-        return L, low, high
-    return (
-        np.concatenate([L, -L[:, -motors:]], axis=1),
-        np.concatenate([low[:, :-motors], np.zeros((len(L), 2 * motors))], axis=1),
-        np.concatenate([high, -low[:, -motors:]], axis=1),
-    )
+    return split_motors(L, low, np.broadcast_to(high, shape), terms.motors)
 
 
 def _missing_torque(A: FloatArray, b: FloatArray, low: FloatArray) -> FloatArray:
@@ -108,25 +99,14 @@ def _strength(A: FloatArray, b: FloatArray, low: FloatArray, high: FloatArray) -
     s = csr_matrix((-high[point, muscle], (rows, point)), shape=(len(point), k))
     equal = hstack([block_diag(A), csr_matrix((b.size, k))])
     cost = np.append(np.zeros(k * m), np.ones(k))
-    x = _solve(cost, equal, b.ravel(), np.append(low, np.zeros(k)), hstack([f, s]))
+    upper = {"A_ub": hstack([f, s]), "b_ub": np.zeros(len(point))}
+    x = _solve(cost, equal, b.ravel(), np.append(low, np.zeros(k)), **upper)
     return x[k * m :]
 
 
-def _solve(
-    cost: FloatArray, A: Any, b: FloatArray, low: FloatArray, upper: Any = None
-) -> FloatArray:
-    """Minimise cost'x subject to A x = b, upper x <= 0 and x >= low."""
-    from scipy.optimize import linprog
-
-    answer = linprog(
-        cost,
-        A_ub=upper,
-        b_ub=None if upper is None else np.zeros(upper.shape[0]),
-        A_eq=A,
-        b_eq=b,
-        bounds=[(value, None) for value in low.tolist()],
-        options=_OPTIONS,
-    )
+def _solve(cost: FloatArray, A: Any, b: FloatArray, low: FloatArray, **upper: Any) -> FloatArray:
+    """Minimise cost'x subject to A x = b, x >= low and the inequalities."""
+    answer = linear_program(cost, low, np.full(low.shape, np.inf), A_eq=A, b_eq=b, **upper)
     if answer.status:
         raise SimulationError(f"HiGHS does not solve the linear program: {answer.message}")
     return np.asarray(answer.x)

@@ -15,6 +15,14 @@ _ZERO_ROW = 1e-12  # rows are zero below this value, relative to the largest row
 _MAX_ERROR = 1e-8  # largest torque error of a feasible torque, relative to the size of its terms
 
 
+def linear_program(cost: FloatArray, low: FloatArray, high: FloatArray, **constraints: Any) -> Any:
+    """Return the answer of `scipy.optimize.linprog`, whose other arguments are the constraints."""
+    from scipy.optimize import linprog  # slow to import
+
+    bounds = list(zip(low.tolist(), high.tolist(), strict=True))
+    return linprog(cost, bounds=bounds, options=_OPTIONS, **constraints)
+
+
 def solve_linear(
     cost: FloatArray,
     A: FloatArray,
@@ -39,17 +47,8 @@ def solve_linear(
     """
     size = np.abs(A).max(axis=1)
     size = np.where(size > _ZERO_ROW * size.max(initial=0.0), size, 1.0)
-    from scipy.optimize import linprog  # slow to import
-
-    answer = linprog(
-        cost,
-        A_ub=A_ub,
-        b_ub=b_ub,
-        A_eq=A / size[:, None],
-        b_eq=b / size,
-        bounds=_pairs(low, high),
-        options=_OPTIONS,
-    )
+    equal = {"A_eq": A / size[:, None], "b_eq": b / size}
+    answer = linear_program(cost, low, high, A_ub=A_ub, b_ub=b_ub, **equal)
     return np.asarray(answer.x) if answer.status == 0 else None
 
 
@@ -73,18 +72,11 @@ def is_infeasible(A: FloatArray, tau: FloatArray, f_min: FloatArray, f_max: Floa
         return True
     rows, desired = A[~zero] / size[~zero, None], tau[~zero] / size[~zero]
     unit = max(float(np.abs(desired).max(initial=0.0)), float(f_min.max(initial=0.0)), 1e-300)
-    from scipy.optimize import linprog  # slow to import
-
-    answer = linprog(
+    answer = linear_program(
         np.append(np.zeros(m), 1.0),
+        np.append(f_min, 0.0) / unit,
+        np.append(f_max, np.inf) / unit,
         A_ub=np.vstack([np.c_[rows, -np.ones(len(rows))], np.c_[-rows, -np.ones(len(rows))]]),
         b_ub=np.append(desired, -desired) / unit,
-        bounds=_pairs(np.append(f_min, 0.0) / unit, np.append(f_max, np.inf) / unit),
-        options=_OPTIONS,
     )
     return not (answer.status == 0 and float(np.asarray(answer.x)[-1]) <= _MAX_ERROR)
-
-
-def _pairs(low: FloatArray, high: FloatArray) -> list[tuple[float, float]]:
-    """Return bounds in the format of scipy."""
-    return list(zip(low.tolist(), high.tolist(), strict=True))

@@ -21,21 +21,20 @@ def split_motors(
 
     Args:
         L: Rows of muscles, then of motors, shape (..., a, n).
-        f_min: Lower limits, shape (a,); may be negative for motors.
-        f_max: Upper limits, shape (a,).
+        f_min: Lower limits, shape (..., a); may be negative for motors.
+        f_max: Upper limits, shape (..., a).
         motors: Number of motors, the last rows of L.
 
     Returns:
-        L, shape (..., a + motors, n), f_min and f_max, shape (a + motors,) each.
+        L, shape (..., a + motors, n), f_min and f_max, shape (..., a + motors) each.
     """
     if not motors:
         return L, f_min, f_max
-    low, high = f_min[-motors:], f_max[-motors:]
-    zero = np.zeros(motors)
-    lower = [f_min[:-motors], np.maximum(low, zero), np.maximum(-high, zero)]
-    upper = [f_max[:-motors], np.maximum(high, zero), np.maximum(-low, zero)]
+    low, high = f_min[..., -motors:], f_max[..., -motors:]
+    lower = [f_min[..., :-motors], np.maximum(low, 0.0), np.maximum(-high, 0.0)]
+    upper = [f_max[..., :-motors], np.maximum(high, 0.0), np.maximum(-low, 0.0)]
     rows = np.concatenate([L, -L[..., -motors:, :]], axis=-2)
-    return rows, np.concatenate(lower), np.concatenate(upper)
+    return rows, np.concatenate(lower, axis=-1), np.concatenate(upper, axis=-1)
 
 
 def merge_motors(forces: FloatArray, motors: int) -> FloatArray:
