@@ -4,49 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from itertools import accumulate
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from addin_sdfusion.robot import Muscle, Robot, Wrap, WrapSurface
+from addin_sdfusion.robot import Robot, WrapSurface
 from addin_sdfusion.robot.model.rotations import rotation
 
 from .arrays import FloatArray
 from .frames import Place
-from .route_fields import route_counts, route_fields
+from .route_fields import first_points, ordered_wraps, route_counts, route_fields
 
 _KINDS = ("sphere", "cylinder", "ellipsoid")
 _INSIDE = 2
 """WRAP_INSIDE of layout.h."""
 
 
-class PlacedWrap(NamedTuple):
-    """A wrap with its muscle and its position on the path."""
-
-    muscle: Muscle
-    wrap: Wrap
-    point: int
-
-
-def ordered_wraps(robot: Robot) -> list[PlacedWrap]:
-    """Return the wraps of the active muscles, in their order along the paths."""
-    return [
-        PlacedWrap(muscle, wrap, first + wrap.segment)
-        for muscle, first in zip(robot.muscles, first_points(robot), strict=True)
-        for wrap in sorted(muscle.wraps, key=lambda wrap: wrap.segment)
-    ]
-
-
 def pulley_muscles(robot: Robot) -> list[int]:
     """Return the indices of the active muscles that start at a swivelling pulley."""
     return [k for k, muscle in enumerate(robot.muscles) if muscle.pulley is not None]
-
-
-def first_points(robot: Robot) -> list[int]:
-    """Return the index of the first via point of each active muscle, counted over all muscles."""
-    return list(accumulate((len(muscle.via_points) for muscle in robot.muscles), initial=0))[:-1]
 
 
 def path_counts(robot: Robot) -> dict[str, int]:

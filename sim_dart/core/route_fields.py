@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,28 @@ from .variables import robot_variables
 _RULES = ("taut", "mujoco", "opensim")
 """Wrap rules in the order of `enum rule` of layout.h."""
 _MAX_COEFFICIENTS = 4
+
+
+class PlacedWrap(NamedTuple):
+    """A wrap with its muscle and its position on the path."""
+
+    muscle: Muscle
+    wrap: Wrap
+    point: int
+
+
+def ordered_wraps(robot: Robot) -> list[PlacedWrap]:
+    """Return the wraps of the active muscles, in their order along the paths."""
+    return [
+        PlacedWrap(muscle, wrap, first + wrap.segment)
+        for muscle, first in zip(robot.muscles, first_points(robot), strict=True)
+        for wrap in sorted(muscle.wraps, key=lambda wrap: wrap.segment)
+    ]
+
+
+def first_points(robot: Robot) -> list[int]:
+    """Return the index of the first via point of each active muscle, counted over all muscles."""
+    return list(accumulate((len(muscle.via_points) for muscle in robot.muscles), initial=0))[:-1]
 
 
 class _Route(NamedTuple):
@@ -61,9 +84,10 @@ def route_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLi
     Raises:
         CardsflowError: A muscle path uses a feature that is not supported.
     """
-    routes = list(_routes(robot))
+    muscles = enumerate(zip(first_points(robot), robot.muscles, strict=True))
+    routes = [_Route(number, first, muscle) for number, (first, muscle) in muscles]
     return {
-        **_rule_fields(robot, routes),
+        **_rule_fields(robot),
         **_guide_fields(robot, places),
         **_condition_fields(robot, routes),
         **_move_fields(robot, routes, places),
@@ -79,31 +103,19 @@ def route_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLi
     }
 
 
-def _routes(robot: Robot) -> Iterator[_Route]:
-    first = 0
-    for number, muscle in enumerate(robot.muscles):
-        yield _Route(number, first, muscle)
-        first += len(muscle.via_points)
-
-
-def _wraps(muscle: Muscle) -> list[Wrap]:
-    """Return the wraps of a muscle in the order of the blob."""
-    return sorted(muscle.wraps, key=lambda wrap: wrap.segment)
-
-
 def _guided_wraps(robot: Robot) -> list[Wrap]:
     """Return the wraps whose side is specified by a side point or a quadrant."""
-    wraps = [wrap for muscle in robot.muscles for wrap in _wraps(muscle)]
+    wraps = [placed.wrap for placed in ordered_wraps(robot)]
     return [wrap for wrap in wraps if wrap.side_point is not None or wrap.quadrant != "all"]
 
 
-def _rule_fields(robot: Robot, routes: list[_Route]) -> dict[str, ArrayLike]:
+def _rule_fields(robot: Robot) -> dict[str, ArrayLike]:
     guides = {id(wrap): k for k, wrap in enumerate(_guided_wraps(robot))}
-    wraps = [(r.first, wrap) for r in routes for wrap in _wraps(r.muscle)]
+    placed = ordered_wraps(robot)
     return {
-        "wrap_last": [first + wrap.last for first, wrap in wraps],
-        "wrap_rule": [_RULES.index(wrap.rule) for _, wrap in wraps],
-        "wrap_guide": [guides.get(id(wrap), -1) for _, wrap in wraps],
+        "wrap_last": [p.point - p.wrap.segment + p.wrap.last for p in placed],
+        "wrap_rule": [_RULES.index(p.wrap.rule) for p in placed],
+        "wrap_guide": [guides.get(id(p.wrap), -1) for p in placed],
     }
 
 
@@ -168,7 +180,7 @@ def _move_fields(
     }
 
 
-def _held_value(robot: Robot, name: str) -> float | None:
+def _fixed_value(robot: Robot, name: str) -> float | None:
     """Return the value of a fixed coordinate, or None if the coordinate moves."""
     variables = robot_variables(robot)
     return None if name in variables.index else variables.initial[name]
@@ -176,13 +188,13 @@ def _held_value(robot: Robot, name: str) -> float | None:
 
 def _is_always_met(robot: Robot, when: PointCondition) -> bool:
     """Return whether the coordinate of a condition is fixed inside the condition's range."""
-    at = _held_value(robot, when.coordinate)
+    at = _fixed_value(robot, when.coordinate)
     return at is not None and when.low <= at <= when.high
 
 
 def _condition_range(robot: Robot, muscle: Muscle, when: PointCondition) -> tuple[float, float]:
     """Return the range of a condition; an empty range if its coordinate is fixed outside of it."""
-    at = _held_value(robot, when.coordinate)
+    at = _fixed_value(robot, when.coordinate)
     if at is None:
         return when.low, when.high
     if max(when.low - at, at - when.high) < when.smoothing:
@@ -192,7 +204,7 @@ def _condition_range(robot: Robot, muscle: Muscle, when: PointCondition) -> tupl
 
 def _pieces(robot: Robot, move: PointMotion) -> tuple[Cubic, ...]:
     function = move.function
-    at = _held_value(robot, move.coordinate)
+    at = _fixed_value(robot, move.coordinate)
     if at is not None:
         return ((0.0, value(function, min(max(at, move.low), move.high)), 0.0, 0.0, 0.0),)
     if not isinstance(function, Polynomial):

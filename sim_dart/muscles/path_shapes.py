@@ -10,7 +10,8 @@ import numpy as np
 from addin_sdfusion.robot import Muscle, Robot
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.library import Core
-from sim_dart.core.path_fields import first_points, ordered_wraps, pulley_muscles
+from sim_dart.core.path_fields import pulley_muscles
+from sim_dart.core.route_fields import first_points, ordered_wraps
 
 _NUMBERS = 22
 
