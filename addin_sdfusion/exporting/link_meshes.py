@@ -11,7 +11,7 @@ from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import listed, warning
 from ..robot.model.pose import Pose
 from ..robot.model.robot import Mesh, Rgba, Shape
-from ..robot.model.rotations import rotation
+from ..robot.model.transform import Transform
 from ..settings import ExportSettings
 from ..snapshot import BodySnapshot, MeshSnapshot
 from .convex_hull import convex_hull
@@ -67,9 +67,11 @@ def link_meshes(
         return LinkMeshes((), (), {}, ())
     findings = list(_unexported_bodies(link, bodies))
     looks: dict[Rgba | None, list[_Triangles]] = {}
+    T = Transform.of(T_link_world)
     for b in bodies:
         if b.visible and b.mesh and _is_valid(b.mesh):
-            looks.setdefault(_rgba(b), []).append(_in_link_frame(b.mesh, T_link_world))
+            nodes = T.apply_all(b.mesh.nodes)
+            looks.setdefault(_rgba(b), []).append(_Triangles(nodes, b.mesh.triangles))
     shown = [shape for shapes in looks.values() for shape in shapes]
     named: list[tuple[Role, str, _Triangles]] = []
     colors: dict[str, Rgba | None] = {}
@@ -138,22 +140,6 @@ def _is_valid(mesh: MeshSnapshot) -> bool:
         return False
     inside = min(triangles) >= 0 and max(triangles) < len(nodes) // 3
     return inside and all(map(math.isfinite, nodes))
-
-
-def _in_link_frame(mesh: MeshSnapshot, T_link_world: Pose) -> _Triangles:
-    (a, b, c), (d, e, f), (g, h, i) = rotation(T_link_world.rpy)
-    px, py, pz = T_link_world.position
-    nodes = array("d")
-    numbers = iter(mesh.nodes)
-    if not any(T_link_world.rpy):
-        for x, y, z in zip(numbers, numbers, numbers, strict=True):
-            nodes.extend((px + x, py + y, pz + z))
-    else:
-        for x, y, z in zip(numbers, numbers, numbers, strict=True):
-            nodes.extend(
-                (px + a * x + b * y + c * z, py + d * x + e * y + f * z, pz + g * x + h * y + i * z)
-            )
-    return _Triangles(nodes, mesh.triangles)
 
 
 def _merge(shapes: Sequence[_Triangles]) -> _Triangles:

@@ -11,7 +11,6 @@ import adsk.fusion
 
 from ...robot.finding import Subject
 from ...robot.model.pose import Vector3
-from ...robot.model.transform import IDENTITY, Transform
 from ...settings import MeshQuality
 from ...snapshot import MeshSnapshot
 from ..notes import Notes, optional
@@ -75,7 +74,7 @@ class Mesher:
     def _to_root_frame(
         self, nodes: array[float], proxy: Any, occurrence: Occurrence, subject: Subject
     ) -> array[float]:
-        placed = _transform_nodes(nodes, occurrence.T)
+        placed = occurrence.T.apply_all(nodes)
         box = optional(lambda: bounding_box(proxy))
         if box is None or _fits(placed, box):
             return placed
@@ -133,21 +132,6 @@ def _volume(mesh: _Triangles) -> float:
         cx, cy, cz = x[c] - x0, y[c] - y0, z[c] - z0
         total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
     return total / 6.0
-
-
-def _transform_nodes(nodes: array[float], T: Transform) -> array[float]:
-    """Return nodes transformed by a pose."""
-    if T == IDENTITY:
-        return nodes
-    (a, b, c), (d, e, f), (g, h, i) = T.R
-    u, v, w = T.p
-    placed = array("d", nodes)
-    for k in range(0, len(nodes), 3):
-        x, y, z = nodes[k], nodes[k + 1], nodes[k + 2]
-        placed[k] = a * x + b * y + c * z + u
-        placed[k + 1] = d * x + e * y + f * z + v
-        placed[k + 2] = g * x + h * y + i * z + w
-    return placed
 
 
 def _fits(nodes: Sequence[float], box: tuple[Vector3, Vector3]) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from array import array
+from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
 from .pose import AXES, Pose, Vector3
@@ -38,6 +40,17 @@ class Transform(NamedTuple):
     def apply(self, point: Vector3) -> Vector3:
         """Transform a point, in [m]."""
         return add(self.p, rotate(self.R, point))
+
+    def apply_all(self, coordinates: Iterable[float]) -> array[float]:
+        """Transform points x, y, z, x, y, z, ..., in [m]."""
+        (a, b, c), (d, e, f), (g, h, i) = self.R
+        u, v, w = self.p
+        moved, rest = array("d"), iter(coordinates)
+        for x, y, z in zip(rest, rest, rest, strict=True):
+            moved.append(a * x + b * y + c * z + u)
+            moved.append(d * x + e * y + f * z + v)
+            moved.append(g * x + h * y + i * z + w)
+        return moved
 
     def rotate(self, vector: Vector3) -> Vector3:
         """Rotate a direction."""
