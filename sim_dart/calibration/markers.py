@@ -61,9 +61,9 @@ class MarkerKinematics:
                 raise UnknownNameError("link", one.link, links, key=f"{one.name}.link")
         self.markers = tuple(markers)
         self.positions = np.array([one.position for one in markers]).reshape(-1, 3)
-        used = list(dict.fromkeys(one.link for one in markers))
-        self._link = np.array([used.index(one.link) for one in markers], dtype=np.int32)
-        self._points, self._lock = LinkPoints(robot, used), Lock()
+        marked = list(dict.fromkeys(one.link for one in markers))
+        self._link = np.array([marked.index(one.link) for one in markers], dtype=np.int32)
+        self._points, self._lock = LinkPoints(robot, marked), Lock()
 
     def at(self, q: FloatArray, positions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Compute marker positions at several poses.
@@ -105,7 +105,7 @@ def poses_from_markers(
     if not len(unmeasured):
         return poses
     measured = np.flatnonzero(~np.isnan(q).all(axis=0))
-    left: list[float] = []
+    distances: list[float] = []
     weakest = (np.inf, -1)
     for k in np.flatnonzero(~np.isnan(markers).all(axis=1)):
         if np.isnan(q[k, measured]).any():
@@ -121,14 +121,15 @@ def poses_from_markers(
             continue
         start = fit.pose[unmeasured]
         poses[k] = fit.pose
-        left.append(fit.rms)
-    if not left:
+        distances.append(fit.rms)
+    if not distances:
         names = [c.name for c in robot.coordinates]
         which = names[weakest[1]] if weakest[1] >= 0 else ", ".join(names[j] for j in unmeasured)
         raise InputError(f"the markers do not determine {which}; add markers on the links it moves")
-    if np.median(left) > _MAX_DISTANCE:
+    distance = float(np.median(distances))
+    if distance > _MAX_DISTANCE:
         raise InputError(
-            f"the markers are {1e3 * float(np.median(left)):.0f} mm away from any position that "
+            f"the markers are {1e3 * distance:.0f} mm away from any position that "
             "the robot can reach; check their links, and that positions are in m in the world frame"
         )
     return poses

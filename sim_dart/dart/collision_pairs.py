@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from addin_sdfusion.robot import WORLD, Robot
+from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.checks.loops import rigid_bodies
 
 from .skeleton_group import trees
 
@@ -20,9 +21,7 @@ def connected_links(robot: Robot) -> set[frozenset[str]]:
 
 
 def _connected_links_of_tree(tree: Robot) -> set[frozenset[str]]:
-    head = {WORLD: WORLD}  # first link of the rigid body of each link
-    for joint in tree.joints:
-        head[joint.child] = joint.child if joint.motions else head[joint.parent]
+    head = rigid_bodies(tree.joints)
     bodies: dict[str, list[str]] = {}
     for link, first in head.items():
         bodies.setdefault(first, []).append(link)

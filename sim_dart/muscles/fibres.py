@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from addin_sdfusion.robot import Muscle, Robot
-from addin_sdfusion.robot.model.muscle_laws import law_of
+from addin_sdfusion.robot.model.muscle_laws import law_parameters
 from sim_dart.core.arrays import BoolArray, FloatArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
@@ -34,7 +34,7 @@ class HillMuscles:
     """
 
     def __init__(self, robot: Robot) -> None:
-        parameters = [law_parameters(muscle) for muscle in robot.muscles]
+        parameters = [law_parameters(muscle.model) for muscle in robot.muscles]
 
         def numbers(name: str) -> FloatArray:
             return np.array([each.get(name, 0.0) for each in parameters])
@@ -76,10 +76,3 @@ class HillMuscles:
 def has_fibres(muscle: Muscle) -> bool:
     """Return whether `core_fibres` supports the law of a muscle."""
     return muscle.model.kind in FIBRE_LAWS
-
-
-def law_parameters(muscle: Muscle) -> dict[str, float]:
-    """Return the parameters of the law of a muscle, with defaults."""
-    definitions = law_of(muscle.model).parameters
-    defaults = {p.name: p.default for p in definitions if p.default is not None}
-    return {**defaults, **dict(muscle.model.parameters)}

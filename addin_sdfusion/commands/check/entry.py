@@ -17,7 +17,7 @@ from ..dialogs import Cell
 from ..guard import application, chosen_file
 from ..inputs import Inputs
 from ..progress_dialog import ProgressDialog
-from ..reading import Reading, read
+from ..reading import read
 from .dialog import DIALOG, ICONS
 from .locate import entities_of
 
@@ -27,7 +27,7 @@ class Check(Window):
 
     def __init__(self, inputs: Inputs, design: Any) -> None:
         super().__init__(inputs, design)
-        self._reading: Reading = read(design, weighed_for=DIALOG.name)
+        self._reading = read(design, weighed_for=DIALOG.name)
         self.findings: list[Finding] = []
         self._hint = ""
         self._shown = -1
@@ -87,8 +87,6 @@ class Check(Window):
 
     def _copy(self) -> None:
         """Copy the report, with the CAD program and its version, to the clipboard."""
-        if self._reading is None:
-            return
         source = self._reading.snapshot.source
         head = f"{self._reading.snapshot.name} in {source.program} {source.version}".rstrip()
         try:
@@ -120,7 +118,7 @@ class Check(Window):
             shown.hide()
 
     def _select(self, row: int) -> None:
-        if self._reading is None or not 0 <= row < len(self.findings):
+        if not 0 <= row < len(self.findings):
             return
         self._shown = row
         entities = entities_of(self.design, self._reading, self.findings[row].subject)

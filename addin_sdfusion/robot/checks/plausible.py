@@ -14,6 +14,7 @@ from ..model.muscle import Muscle
 from ..model.pose import Vector3
 from ..model.robot import WORLD, Link, Robot
 from ..model.rotations import apply
+from .loops import rigid_bodies
 from .masses import ZERO_INERTIA
 from .tree import DEGREES
 
@@ -27,7 +28,8 @@ def plausible(robot: Robot) -> Iterator[Finding]:
     """Check masses and the size of a robot without errors."""
     for link in robot.links:
         yield from _inertia(link)
-    moving = _moving_links(robot)
+    bodies = rigid_bodies(robot.joints)
+    moving = [link for link in robot.links if bodies[link.name] != WORLD]
     extent, mass = _extent(robot, moving), sum(link.inertia.mass for link in moving)
     size = max([extent, *(link.inertia.radius_of_gyration for link in moving)])
     subject = Subject("robot", robot.name)
@@ -94,14 +96,6 @@ def is_in_degrees(coordinate: Coordinate, value: float) -> bool:
     is_outside = not coordinate.lower <= value <= coordinate.upper
     is_inside = coordinate.lower <= math.radians(value) <= coordinate.upper
     return is_outside and is_inside and abs(value) > math.tau
-
-
-def _moving_links(robot: Robot) -> list[Link]:
-    """Return the links that a joint moves relative to the world."""
-    moves = {WORLD: False}
-    for joint in robot.joints:
-        moves[joint.child] = moves[joint.parent] or joint.type != "fixed"
-    return [link for link in robot.links if moves[link.name]]
 
 
 def _extent(robot: Robot, links: list[Link]) -> float:

@@ -62,7 +62,10 @@ def joint_frames(robot: Robot) -> Robot:
     targets: dict[str, tuple[str, Pose]] = {WORLD: (WORLD, IDENTITY)}
     for joint in robot.joints:
         targets[joint.child] = (joint.child, inverse(joint.T_child_joint))
-    return _reframed(robot, targets)
+    joints = tuple(
+        replace(_with_target_parent(j, targets), T_child_joint=IDENTITY) for j in robot.joints
+    )
+    return _with_frames(replace(robot, joints=joints), targets)
 
 
 def align_frames(robot: Robot) -> Robot:
@@ -87,14 +90,6 @@ def align_frames(robot: Robot) -> Robot:
             )
         )
     return _with_frames(replace(robot, joints=tuple(joints)), targets)
-
-
-def _reframed(robot: Robot, targets: Targets) -> Robot:
-    """Return the robot with the link frames moved to the joint frames."""
-    joints = tuple(
-        replace(_with_target_parent(j, targets), T_child_joint=IDENTITY) for j in robot.joints
-    )
-    return _with_frames(replace(robot, joints=joints), targets)
 
 
 def _with_frames(robot: Robot, targets: Targets) -> Robot:

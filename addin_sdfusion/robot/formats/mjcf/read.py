@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ...checks.check import check
+from ...checks.loops import rigid_bodies
 from ...errors import UnknownNameError
 from ...finding import Subject
 from ...finding_builders import listed
@@ -226,9 +227,7 @@ def _markers(compiled: Compiled, on_tendons: set[int]) -> Iterator[TaskSet]:
 
 def _note_missing_masses(document: Document, compiled: Compiled, joints: Sequence[Joint]) -> None:
     """Report bodies whose mass comes from missing meshes; an error if they move."""
-    moving = {WORLD: False}
-    for joint in joints:
-        moving[joint.child] = bool(joint.motions) or moving[joint.parent]
+    rigid = rigid_bodies(joints)
     for number, body in enumerate(compiled.bodies):
         files = [
             document.uris[row["mesh"]]
@@ -240,7 +239,7 @@ def _note_missing_masses(document: Document, compiled: Compiled, joints: Sequenc
         node = document.node_at(body["line"]).with_subject(Subject("link", body["name"]))
         listed = ", ".join(map(repr, dict.fromkeys(files[:5])))
         problem = f"its mass comes from meshes that do not exist or are not read: {listed}"
-        if moving[body["name"]]:
+        if rigid[body["name"]] != WORLD:
             advice = "add the files or an <inertial>"
             node.error("mass-from-mesh", f"{problem}; {advice}")
         else:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from ...checks.loops import rigid_bodies
 from ...finding import Finding, Subject
 from ...model.joint import Coordinate
-from ...model.robot import Robot
+from ...model.robot import WORLD, Robot
 from .. import features
 from ..capability import Capabilities, FeaturePlace, changed, kept, omitted, rejected
 from ..features import (
@@ -20,7 +21,7 @@ from ..features import (
 )
 from ..writing import wrap_ends
 from ..writing.plain_paths import with_markers
-from .writing.bodies import MIN_MASS, links_fixed_to_world
+from .writing.bodies import MIN_MASS
 from .writing.functions import can_write_sum
 from .writing.joints import has_three_rotations, is_chain, is_one_joint
 from .writing.loops import SUPPORTED
@@ -39,9 +40,9 @@ def osim_losses(robot: Robot) -> list[Finding]:
 
 
 def _massless_links(robot: Robot) -> Iterator[FeaturePlace]:
-    standing = links_fixed_to_world(robot)
+    rigid = rigid_bodies(robot.joints)
     for link in robot.links:
-        if link.inertia.mass < MIN_MASS and link.name not in standing:
+        if link.inertia.mass < MIN_MASS and rigid[link.name] != WORLD:
             yield FeaturePlace(Subject("link", link.name))
 
 

@@ -16,6 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
+from ...checks.loops import rigid_bodies
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
 from ..capability import require_writable
@@ -23,7 +24,7 @@ from ..writing.file_names import write_document
 from ..writing.plain_paths import with_markers, with_plain_paths
 from ..writing.xml_text import document, element, numbers
 from .capabilities import PATH_FEATURES, osim_losses
-from .writing.bodies import MIN_MASS, add_body, frame_path, links_fixed_to_world, objects
+from .writing.bodies import MIN_MASS, add_body, frame_path, objects
 from .writing.forces import add_joint_forces, add_muscle
 from .writing.joints import add_couplers, add_joints, coordinate_paths
 from .writing.loops import SUPPORTED, add_loop
@@ -71,9 +72,10 @@ def _osim(robot: Robot, meshes: MeshFiles) -> str:
     element(model, "gravity", numbers(robot.gravity))
     bodies = {WORLD: element(model, "Ground", name=GROUND)}
     body_set = objects(model, "BodySet", "bodyset")
-    standing = links_fixed_to_world(robot)
+    rigid = rigid_bodies(robot.joints)
     for link in robot.links:
-        min_mass = 0.0 if link.name in standing else MIN_MASS
+        # OpenSim supports links without mass if they are fixed to the world.
+        min_mass = 0.0 if rigid[link.name] == WORLD else MIN_MASS
         bodies[link.name] = add_body(body_set, link, meshes, min_mass)
     joint_set = objects(model, "JointSet", "jointset")
     add_joints(joint_set, body_set, robot, ranges_of_points(robot))

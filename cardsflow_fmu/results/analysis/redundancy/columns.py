@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.model.muscle_laws import law_parameters
 from cardsflow_fmu.cosim.signals.muscles import tension_signals
 from cardsflow_fmu.cosim.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import control_dynamics
 from sim_dart.dynamics.joint_reactions import joint_reactions
-from sim_dart.muscles.fibres import FIBRE_POINT, HillMuscles, has_fibres, law_parameters
+from sim_dart.muscles.fibres import FIBRE_POINT, HillMuscles, has_fibres
 from sim_dart.muscles.metabolics import FibreStates, bhargava_2004, umberger_2010
 
 from .motion import GivenMotion
@@ -68,7 +69,7 @@ def _fibre_columns(
     states = FibreStates(
         muscles.force,
         muscles.optimal,
-        np.array([law_parameters(m)["max_contraction_velocity"] for m in robot.muscles]),
+        np.array([law_parameters(m.model)["max_contraction_velocity"] for m in robot.muscles]),
         u,
         a,
         fibres / muscles.optimal,

@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ....model.pose import IDENTITY, Pose, Vector3
-from ....model.robot import WORLD, Inertia, Link, Mesh, Robot
+from ....model.robot import WORLD, Inertia, Link, Mesh
 from ....model.rotations import Matrix3, rotation, rpy, transpose
 from ...writing.xml_text import element, numbers
 from .names import GROUND
@@ -38,15 +38,6 @@ def add_frame(frames: ElementTree.Element, name: str, link: str, T: Pose) -> Non
     frame = element(frames, "PhysicalOffsetFrame", name=name)
     element(frame, "socket_parent", frame_path(link))
     placement(frame, ("translation", "orientation"), T.position, rotation(T.rpy))
-
-
-def links_fixed_to_world(robot: Robot) -> set[str]:
-    """Return the links that are fixed to the world, which OpenSim supports without mass."""
-    standing = {WORLD}
-    for joint in robot.joints:  # parents first
-        if joint.parent in standing and not joint.motions:
-            standing.add(joint.child)
-    return standing
 
 
 def add_body(
