@@ -101,7 +101,7 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
     """Return counts and fields of the layout of a controller; see `encode`."""
     robot, controller = experiment.robot, experiment.controller
     muscles = len(robot.muscles) if modelled_muscles(robot) else 0
-    begin = start(robot, experiment.start.q) if muscles else None
+    begin = start(robot, experiment.start.q, experiment.feedback) if muscles else None
     plan_counts, plan_fields, plan_arrays = predictive_fields(experiment)
     arrays = controller.law_arrays() | plan_arrays
     names = "".join(f"{name}\0" for name in arrays).encode()

@@ -61,7 +61,7 @@ class PlantModel(CModel):
     def groups(experiment: Experiment) -> Groups:
         """Return the variables for an experiment in named groups."""
         begin, plant = experiment.start, experiment.plant
-        initial = start(experiment.robot, begin.q)
+        initial = start(experiment.robot, begin.q, experiment.feedback)
         return plant_groups(
             experiment.robot,
             begin.q,

@@ -9,6 +9,7 @@ import numpy as np
 
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu.cosim.signals.muscles import modelled_muscles
+from cardsflow_fmu.experiment.motion.feedback import MotionFeedback
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.force_distribution.gravity_compensation import gravity_compensation
 from sim_dart import MuscleDrive, control_dynamics
@@ -28,7 +29,7 @@ class Start(NamedTuple):
     forces: FloatArray
 
 
-def start(robot: Robot, q: Sequence[float]) -> Start:
+def start(robot: Robot, q: Sequence[float], feedback: MotionFeedback | None = None) -> Start:
     """Compute commands that hold the robot at rest, or minimise its acceleration.
 
     The force of a muscle with a muscle law cannot change instantly. With slack muscles the robot
@@ -36,6 +37,7 @@ def start(robot: Robot, q: Sequence[float]) -> Start:
 
     Args:
         q: Joint positions, shape (n,), in [rad] or [m].
+        feedback: An optimal motion, which starts with its own activations.
     """
     f_min = np.array([muscle.f_min for muscle in robot.muscles])
     if not modelled_muscles(robot):
@@ -49,4 +51,9 @@ def start(robot: Robot, q: Sequence[float]) -> Start:
     tau_min, tau_max = np.array(motors).reshape(-1, 2).T
     limits = np.concatenate([low, tau_min]), np.concatenate([high, tau_max])
     forces = gravity_compensation(dynamics, np.array(q), *limits)[: len(robot.muscles)]
-    return Start(tuple(drive.resting_commands(q, forces).tolist()), forces)
+    commands = drive.resting_commands(q, forces).tolist()
+    if feedback is not None:
+        first = dict(zip(feedback.state_names, feedback.states[0].tolist(), strict=True))
+        pairs = zip(robot.muscles, commands, strict=True)
+        commands = [first.get(f"activation.{muscle.name}", u) for muscle, u in pairs]
+    return Start(tuple(commands), forces)

@@ -361,7 +361,8 @@ def _stop_above(good_error: float, experiment: Experiment) -> Watch:
 def _locked(motion: FirstMotion) -> list[str]:
     """Describe the locked coordinates, one line each; a long list is cut."""
     lines = [
-        f"{name} is locked at {q:.4g}: {motion.reasons[name]}" for name, q in motion.locked.items()
+        f"{name} is locked at {q + 0.0:.4g}: {motion.reasons[name]}"
+        for name, q in motion.locked.items()
     ]
     if len(lines) <= _MAX_LINES:
         return lines

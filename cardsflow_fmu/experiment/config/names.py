@@ -19,7 +19,7 @@ from pydantic_core import CoreSchema, core_schema
 from addin_sdfusion.robot import InputError, UnknownNameError
 
 from .key_path import EVERY_OTHER
-from .messages import SettingError, element_errors, spelling_hint
+from .messages import SettingError, element_errors
 
 _NOT_SET: tuple[float, ...] = ()
 
@@ -32,11 +32,13 @@ class Names:
         kind: Kind of the parts, for messages.
         names: Names in order.
         groups: Names of groups, with their members.
+        missing: What to do if a robot has none of these parts, but settings of them.
     """
 
     kind: str
     names: Sequence[str]
     groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    missing: str = ""
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,8 @@ class _NamedValues:
             value = _NOT_SET
         if value == _NOT_SET and isinstance(value, tuple):
             return self._default_values(names, info)
+        if names is not None and names.missing:
+            raise SettingError(f"the robot has no {names.kind}s; {names.missing}")
         if isinstance(value, dict):
             numbers = dict(zip(value, _validate(handler, value.values(), value), strict=True))
             return tuple(numbers.values()) if names is None else self._expand(numbers, names, info)
@@ -158,9 +162,7 @@ class _NamedValues:
             spread = dict(zip(names.names, usual, strict=True)) | spread
         elif not errors and (usual is None or usual is ...):
             missing = [name for name in names.names if name not in spread]
-            errors += [
-                InputError(f"missing{spelling_hint(name, numbers)}", key=name) for name in missing
-            ]
+            errors += [InputError("missing", key=name) for name in missing]
         if errors:
             raise SettingError(*errors)
         return tuple(spread.get(name, usual) for name in names.names)

@@ -214,7 +214,9 @@ def robot_names(robot: Robot, space: Space = "joint") -> dict[str, Names]:
     """Return the names of all parts, by kind."""
     coordinates = Names("coordinate", [c.name for c in robot.coordinates])
     groups = {f.name: [f"{f.name}.{axis}" for axis in f.axes] for f in robot.task_frames}
-    tasks = Names("task coordinate", task_names(robot), groups)
+    sets = " or ".join(repr(task_set.name) for task_set in robot.task_sets)
+    missing = f"set its operational_space to {sets}" if sets else "add task points to its files"
+    tasks = Names("task coordinate", task_names(robot), groups, "" if groups else missing)
     muscles = [muscle.name for muscle in robot.muscles]
     motors = [coordinate.name for coordinate in robot.motors]
     points = [frame.name for frame in robot.task_frames if not frame.is_orientation]

@@ -21,8 +21,8 @@ _MIN_LENGTH = 2e-3  # of a row, in [s]; gains change slowly
 _AT_REST = 1e-3  # speed, in [rad/s] or [m/s]
 _DRIFT = 1e-6  # change of a state at rest, in an interval of the gains
 _CANNOT_HOLD = (
-    "the robot rests at the end, but no forces within the bounds hold it there; it moves on after "
-    "the motion"
+    "the robot rests at the end, but no forces within the bounds hold it there; change the goal, "
+    "or set run.duration to the duration of the motion"
 )
 
 

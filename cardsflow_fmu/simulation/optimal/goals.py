@@ -201,5 +201,6 @@ def _whole(experiment: Experiment, at: float, value: str, unit: float, key: str)
     if abs(at - node) > _WHOLE or not node:
         interval = f"{unit:.6g}{' s' * value.endswith('s')}"
         problem = f"must be a multiple of an interval, {interval}, above 0, not {value}"
-        raise InputError(f"{problem}; change motion.intervals", file=experiment.file, key=key)
+        advice = "change motion.intervals" if at else "motion.start determines the start"
+        raise InputError(f"{problem}; {advice}", file=experiment.file, key=key)
     return node

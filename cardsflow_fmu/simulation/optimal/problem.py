@@ -67,7 +67,8 @@ class MotionProblem(NamedTuple):
 
         More than 8 substeps are only used for stiff robots, and not for the wild motions of early
         iterations, in which they are doubled once. If they hardly reduce the error of the worst
-        intervals, since the forces jump, they are not doubled.
+        intervals, since the forces jump, they are not doubled; rough errors may also fall with
+        twice as many again.
 
         Args:
             at: The motion.
@@ -88,10 +89,14 @@ class MotionProblem(NamedTuple):
             if steps >= (most if is_final else min(2 * first, most)):
                 break
             worst = np.flatnonzero(errors >= max(tolerance, min(errors.max(), ROUGH_INTEGRATION)))
-            after = _errors(fine[worst], self._ends(at, 4 * steps, worst))
-            before = errors[worst]
+            finer = self._ends(at, 4 * steps, worst)
+            after, before = _errors(fine[worst], finer), errors[worst]
             if not ((after <= before / _MIN_GAIN) | (before > _UNSTABLE)).any():
-                break
+                if before.max() <= ROUGH_INTEGRATION:
+                    break
+                after = _errors(finer, self._ends(at, 8 * steps, worst))
+                if not (after <= before / _MIN_GAIN**2).any():
+                    break
             finer = self._ends(at, 4 * steps, every)
             steps, fine, errors = 2 * steps, finer, _errors(fine, finer)
         self.shooting.steps = steps

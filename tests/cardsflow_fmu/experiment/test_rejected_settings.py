@@ -233,6 +233,7 @@ PLANAR_2R: list[Row] = [
         "start.q.joint1: no coordinate 'joint1'; did you mean 'joint_1'",
     ),
     ({"start.q": {"joint_1": NAN}}, "start.q.joint_1: must be a finite number"),
+    ({"start.y": {"tip.x": 0.4}}, "start.y.tip.z: missing"),
     ({"start.q": {"joint_1": 4.0}}, "start.q.joint_1: must be within the joint limits"),
     (
         {"wiring.controler": {"q.joint_1": "plant.q.joint_1"}},
@@ -343,6 +344,7 @@ ROWS = [
     pytest.param(example, *row, id=f"{example}-{row[1]}")
     for example, rows in (
         ("planar_2r", PLANAR_2R),
+        ("bicycle", [({"start.y": [0.4]}, "start.y: the robot has no task coordinates; add")]),
         ("hill_arm", HILL_ARM),
         ("roboy_left_arm", ROBOY_LEFT_ARM),
     )

@@ -23,7 +23,7 @@ from cardsflow_fmu.simulation.optimal.optimise import (
     load_for_motion,
     optimise,
 )
-from cardsflow_fmu.simulation.optimal.problem import motion_problem
+from cardsflow_fmu.simulation.optimal.problem import MotionProblem, motion_problem
 from cardsflow_fmu.utils.csv_table import read_csv
 from sim_dart import CoreDynamics, Plant
 
@@ -130,6 +130,7 @@ def test_infeasible_motion_names_constraint_node_and_forces(
         ("motion.goals=[{time=0.7,q=[0,0]}]", "motion.goals[0].time", "within the duration"),
         ("motion.goals=[{time=0.1,q=[0,0]}]", "motion.goals[0].time", "multiple of an interval"),
         ("motion.goals=[{fraction=0.33,q=[0,0]}]", "motion.goals[0].fraction", "multiple of an"),
+        ("motion.goals=[{time=0.0,q=[0,0]}]", "motion.goals[0].time", "motion.start determines"),
         ("motion.goals=[{fraction=1.5,q=[0,0]}]", "motion.goals[0].fraction", "from 0 to 1"),
         (
             "motion.goals=[{fraction=0.5,time=0.3,q=[0,0]}]",
@@ -294,11 +295,14 @@ def test_excitations_of_muscle_laws_reach_the_goal(is_elastic: int) -> None:
 
 
 def test_free_states_of_muscles_reduce_the_cost() -> None:
-    """A muscle that is activated at the start needs less excitation afterwards."""
-    (_, fixed), (_, found) = hill_arm_motion(0), hill_arm_motion(0, free_states=True)
+    """A muscle that is activated at the start needs less excitation afterwards; a run starts so."""
+    (_, fixed), (experiment, found) = hill_arm_motion(0), hill_arm_motion(0, free_states=True)
     assert found.solution.status == "optimal"
     assert found.solution.cost < 0.5 * fixed.solution.cost
     np.testing.assert_array_equal(found.solution.iterate.x[0, :4], fixed.solution.iterate.x[0, :4])
+    robot, q = experiment.robot, experiment.start.q
+    commands = start(robot, q, found.feedback).commands
+    assert commands == tuple(found.columns[f"activation.{m.name}"][0] for m in robot.muscles)
 
 
 def test_passive_joint_with_a_stiff_spring_is_integrated_accurately(file: Path) -> None:
@@ -311,6 +315,21 @@ def test_passive_joint_with_a_stiff_spring_is_integrated_accurately(file: Path) 
     assert not motion.warnings
     at, ends = motion.solution.iterate, motion.solution.linearisation.ends
     assert motion.problem.refine(at, np.inf, ends=ends) < 1e-2
+
+
+def test_rough_error_that_falls_by_the_second_doubling_is_reduced(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As of a MuJoCo muscle whose activation rises in a fraction of an interval."""
+    ends = {1: 0.097, 2: 0.023, 4: 6e-4, 8: 1e-6}
+    monkeypatch.setattr(
+        MotionProblem,
+        "_ends",
+        lambda self, at, steps, nodes: np.full((len(nodes), 1), ends.get(steps, 0.0)),
+    )
+    setup = motion_problem(load_for_motion(file))
+    assert setup.refine(setup.guess, 1e-5, is_final=True) == 1e-6
+    assert setup.shooting.steps == 8
 
 
 def test_muscles_with_ranges_of_states_by_parameters_have_motions() -> None:
