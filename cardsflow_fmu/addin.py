@@ -7,17 +7,17 @@ import os
 import shutil
 import sys
 import uuid
-import zipfile
 from collections.abc import Mapping
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import addin_sdfusion
 from addin_sdfusion.robot import InputError, limits
-from addin_sdfusion.robot.files import read_file, write_files
+from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.json_text import json_text
+
+from .utils.archive import write_archive
 
 BUNDLE = "addin_sdfusion.bundle"
 NAME = "addin_sdfusion"
@@ -40,8 +40,6 @@ CARDSFlow for Autodesk Fusion
 2. Start Fusion, press Shift+S, select {name} in Add-Ins, and press Run.
    The buttons are in Utilities > Add-Ins.
 """
-
-_EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 def install(folder: str | Path | None = None) -> Path:
@@ -100,11 +98,14 @@ def pack_addin(
         contents = {f"{NAME}/{path}": data for path, data in files.items()}
         contents[f"{NAME}/{NAME}.manifest"] = system_manifest
         contents["INSTALL.txt"] = _INSTALL.format(folder=_ADD_INS_OF[system], name=NAME).encode()
-        archives.append(_archive(Path(folder, f"{stem}-{system}.zip"), contents))
+        archives.append(
+            write_archive(Path(folder, f"{stem}-{system}.zip"), contents, compress=False)
+        )
     contents = {f"{BUNDLE}/Contents/{path}": data for path, data in files.items()}
     described = _package_contents(manifest, company or manifest["author"], url, email)
     contents[f"{BUNDLE}/PackageContents.xml"] = described.encode()
-    return (*archives, _archive(Path(folder, f"{stem}-app-store.zip"), contents))
+    store = write_archive(Path(folder, f"{stem}-app-store.zip"), contents, compress=False)
+    return (*archives, store)
 
 
 def _manifest() -> dict[str, Any]:
@@ -142,19 +143,6 @@ def _package_contents(manifest: Mapping[str, Any], company: str, url: str, email
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode")
     return f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n'
-
-
-def _archive(file: str | Path, contents: Mapping[str, bytes]) -> Path:
-    """Write a reproducible archive."""
-    packed = BytesIO()
-    with zipfile.ZipFile(packed, "w") as archive:
-        for path, data in contents.items():
-            entry = zipfile.ZipInfo(path, _EPOCH)
-            entry.create_system = 3  # Unix, on every system
-            entry.external_attr = 0o644 << 16
-            archive.writestr(entry, data)  # not compressed, since versions of zlib differ
-    file = Path(file)
-    return write_files(file.parent, {file.name: packed.getvalue()})[0]
 
 
 def _files() -> dict[str, Path]:

@@ -98,6 +98,13 @@ class FmuDescription:
         return [port for variable in self.variables for port in variable.ports]
 
 
+def xml_bytes(root: ET.Element) -> bytes:
+    """Return the content of an XML file."""
+    ET.indent(root)
+    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return text + b"\n"
+
+
 def document(
     fmu: FmuDescription,
     identity: Mapping[str, str],

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-import xml.etree.ElementTree as ET
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.cosim.signals.ports import Port
 from cardsflow_fmu.cosim.signals.units import SI_UNITS
 
 from . import fmi2, fmi3
-from .description import FmiVersion, FmuDescription
+from .description import FmiVersion, FmuDescription, xml_bytes
 
 _PART = r"([A-Za-z_][A-Za-z0-9_]*|'([^'\\\x00-\x1f\x7f-\U0010ffff]|\\['\"?\\abfnrtv])+')"
 _INDICES = r"(\[[0-9]+(,[0-9]+)*\])?"
@@ -28,10 +27,7 @@ def model_description(fmu: FmuDescription, guid: str, fmi: FmiVersion = "2.0") -
         InputError: FMI does not allow a name, a unit or a combination of attributes.
     """
     _check(fmu)
-    root = (fmi2 if fmi == "2.0" else fmi3).describe(fmu, guid)
-    ET.indent(root)
-    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return text + b"\n"
+    return xml_bytes((fmi2 if fmi == "2.0" else fmi3).describe(fmu, guid))
 
 
 def _check(fmu: FmuDescription) -> None:

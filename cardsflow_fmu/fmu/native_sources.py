@@ -8,7 +8,7 @@ from functools import cache
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.runtime.sources import FLAGS, NATIVE, ROOT
 
-from .description import FmiVersion
+from .description import FmiVersion, xml_bytes
 
 _OPTIONS = " ".join(FLAGS)
 _README = """\
@@ -60,6 +60,4 @@ def _build_description(model_name: str) -> bytes:
     for name in compiled_files():
         ET.SubElement(files, "SourceFile", name=name)
     ET.SubElement(configuration, "Library", name="m", description="On Linux: sqrt, floor, fmod")
-    ET.indent(root)
-    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return text + b"\n"
+    return xml_bytes(root)

@@ -12,6 +12,8 @@ from typing import NamedTuple
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.csv_table import csv_text
 
+from .description import xml_bytes
+
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 _SPACE = "http://fmi-standard.org/fmi-ls-manifest"
 _ABOUT = {
@@ -50,9 +52,7 @@ def related_files(model_name: str, results: ReferenceResults) -> dict[str, bytes
     if results.failure:
         content += f"; the next step fails: {results.failure}"
     ET.SubElement(root, "Related", type="text/csv", source=file, role="result", description=content)
-    ET.indent(root)
-    manifest: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     return {
-        f"{FOLDER}/fmi-ls-manifest.xml": manifest + b"\n",
+        f"{FOLDER}/fmi-ls-manifest.xml": xml_bytes(root),
         f"{FOLDER}/{file}": csv_text(results.names, results.rows).encode(),
     }

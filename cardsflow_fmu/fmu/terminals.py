@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 from cardsflow_fmu.cosim.signals.variables import Variable
 
+from .description import xml_bytes
+
 _GROUPS = {
     "joints": ("Signals of joints", ("q", "qd", "q_d", "qd_d", "qdd_d", "tau", "torque")),
     "muscles": ("Signals of muscles", ("f", "u", "l", "tension")),
@@ -34,9 +36,7 @@ def terminals_and_icons(variables: Sequence[Variable]) -> bytes:
             terminals.append(terminal)
     if len(terminals):
         root.append(terminals)
-    ET.indent(root)
-    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return text + b"\n"
+    return xml_bytes(root)
 
 
 def _group(

@@ -61,23 +61,16 @@ def write_fmu(
     about: Mapping[str, str] = MappingProxyType({}),
     results: ReferenceResults | None = None,
 ) -> Path:
-    """Pack a model into an FMU.
+    """Pack a model into an FMU; further arguments are as for `FmuDescription`.
 
     Args:
         model_class: Class of the model, which the FMU imports by name.
-        model_name: Name of the model and of its library: a C identifier.
         resources: Contents by relative path with `/`, for `model_class.from_resources`.
-        step: Preferred communication step, in [s].
-        stop_time: Preferred end, in [s].
-        internal_step: Divisor of communication steps, in [s].
         arrays: Whether adjacent ports form arrays in FMI 3.0. FMI 2.0 has no arrays.
         libraries: C library for each platform, by the FMI 3.0 name of the platform (default: the
             library for the current platform).
         native: Model in C, from `model_in_c`, or None for a model in Python.
-        dependencies: Dependencies of the outputs. If None, outputs depend on all inputs.
         sources: Whether the FMU of a native model contains C sources, for other platforms.
-        is_continuous: Whether the FMU is for model exchange; otherwise it is for co-simulation.
-        about: Texts of `author`, `copyright` and `license`, if specified.
 
     Raises:
         InputError: FMI does not allow a name, or a file cannot be read or written.

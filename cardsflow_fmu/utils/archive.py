@@ -29,18 +29,20 @@ _MAX_COMMENT = 2**16
 _MAX_NAME = 1000
 
 
-def archive_bytes(files: Mapping[str, bytes]) -> bytes:
-    """Return the bytes of an archive."""
+def archive_bytes(files: Mapping[str, bytes], *, compress: bool = True) -> bytes:
+    """Return the bytes of an archive; versions of zlib compress to different bytes."""
     memory = io.BytesIO()
-    with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(memory, "w") as archive:
         for name in sorted(files):
-            archive.writestr(_entry(name), files[name], compresslevel=_LEVEL)
+            packed = not compress or name.endswith(_PACKED)
+            kind = zipfile.ZIP_STORED if packed else zipfile.ZIP_DEFLATED
+            archive.writestr(_entry(name), files[name], kind, compresslevel=_LEVEL)
     return memory.getvalue()
 
 
-def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
+def write_archive(path: Path, files: Mapping[str, bytes], *, compress: bool = True) -> Path:
     """Write an archive under a temporary name and rename it, so that it is always complete."""
-    write_files(path.parent, {path.name: archive_bytes(files)})
+    return write_files(path.parent, {path.name: archive_bytes(files, compress=compress)})[0]
 
 
 def read_contents(source: bytes | Path) -> bytes:
@@ -54,8 +56,6 @@ def _entry(name: str) -> zipfile.ZipInfo:
     entry = zipfile.ZipInfo(name, _EARLIEST_TIME)
     entry.create_system = _UNIX
     entry.external_attr = _READABLE
-    packed = name.endswith(_PACKED)
-    entry.compress_type = zipfile.ZIP_STORED if packed else zipfile.ZIP_DEFLATED
     return entry
 
 
@@ -65,7 +65,6 @@ def unpack_archive(
     """Unpack an archive and reject paths outside of the folder.
 
     Args:
-        path: The archive.
         folder: An empty folder.
         kind: Expected kind of archive, such as `.ssp`, for messages.
         contents: Expected contents, such as `a system of FMUs`, for messages.

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from cardsflow_fmu.cosim.signals.units import BASES, Unit
+from cardsflow_fmu.fmu.description import xml_bytes
 from cardsflow_fmu.utils.archive import read_contents, write_archive
 from cardsflow_fmu.version import __version__
 
@@ -52,12 +53,6 @@ def _root(prefix: str, tag: str, name: str, *others: str) -> ET.Element:
     )
 
 
-def _text(root: ET.Element) -> bytes:
-    ET.indent(root)
-    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return text + b"\n"
-
-
 def _structure(system: System) -> bytes:
     root = _root("ssd", "SystemStructureDescription", system.name, "osp")
     top = ET.SubElement(root, "ssd:System", name=system.name)
@@ -69,7 +64,7 @@ def _structure(system: System) -> bytes:
     connectors = (connector for c in system.components for connector in c.connectors)
     _add_units(root, "ssd", (connector.unit for connector in connectors))
     _add_experiment(root, system)
-    return _text(root)
+    return xml_bytes(root)
 
 
 def _component(component: Component) -> ET.Element:
@@ -145,7 +140,7 @@ def _parameter_set(component: Component) -> bytes:
     parameters = ET.SubElement(root, "ssv:Parameters")
     parameters.extend(_parameter(parameter) for parameter in component.parameters)
     _add_units(root, "ssv", (parameter.unit for parameter in component.parameters))
-    return _text(root)
+    return xml_bytes(root)
 
 
 def _parameter(parameter: Parameter) -> ET.Element:
