@@ -13,15 +13,15 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from addin_sdfusion.robot import InputError, Vector3
 from addin_sdfusion.robot.model.rotations import normalized
 from addin_sdfusion.robot.model.transform import Transform
 from addin_sdfusion.snapshot import JointKind, JointSnapshot, MotionSnapshot
-from cardsflow_fmu.utils.arrays import FloatArray
 
 from .assembly import Place
-from .kernel import transform
+from .kernel import placed
 
 _APART = 1e-6  # in [m] and [rad]: larger deviations mean that a part was moved after connecting
 _TIDY = 1e-12
@@ -45,9 +45,7 @@ class _Pair(NamedTuple):
 
     def at(self, **values: float) -> Transform:
         """Return T_two_one at joint values, in degrees and units of length."""
-        return transform(
-            self.joint.relative_to(self.other, **values).wrapped.Transformation(), self.unit
-        )
+        return placed(self.joint.relative_to(self.other, **values), self.unit)
 
     def now(self) -> Transform:
         """Return T_two_one for the current poses of the parts."""
@@ -85,7 +83,7 @@ def joint_record(
 
 
 def _origin(joint: Any, place: Place, unit: float) -> Vector3:
-    return place.T.apply(transform(_end(joint).wrapped.Transformation(), unit).p)
+    return place.T.apply(placed(_end(joint), unit).p)
 
 
 def _require_in_place(
@@ -112,10 +110,6 @@ def _require_in_place(
 
 def _within(value: float, limits: tuple[float, float]) -> float:
     return min(max(value, limits[0]), limits[1])
-
-
-def _none(pair: _Pair) -> tuple[MotionSnapshot, ...]:
-    return ()
 
 
 def _revolute(pair: _Pair) -> tuple[MotionSnapshot, ...]:
@@ -148,18 +142,17 @@ def _ball(pair: _Pair) -> tuple[MotionSnapshot, ...]:
     """Return rotations about x, y and z of the joint, in that order: R = Rx Ry Rz."""
     joint = pair.joint
     L, reference, end = (
-        transform(location.wrapped.Transformation(), pair.unit)
+        placed(location, pair.unit)
         for location in (
             joint.relative_location,
             joint.angle_reference.location,
             pair.other.relative_location,
         )
     )
-    R = np.array(L.inverse().compose(pair.now()).compose(end).compose(reference.inverse()).R)
-    y = math.asin(max(-1.0, min(1.0, R[0, 2])))
-    x, z = math.atan2(-R[1, 2], R[2, 2]), math.atan2(-R[0, 1], R[0, 0])
+    R = L.inverse().compose(pair.now()).compose(end).compose(reference.inverse()).R
     motions = []
-    for number, (role, value) in enumerate(zip("xyz", (x, y, z), strict=True)):
+    angles = Rotation.from_matrix(R).as_euler("XYZ").tolist()
+    for number, (role, value) in enumerate(zip("xyz", angles, strict=True)):
         lower, upper = _limits(joint.angular_range[number])
         axis = _tidy(L.axis(number))
         motions.append(MotionSnapshot("rotation", axis, _small(value), lower, upper, role))
@@ -174,14 +167,12 @@ def _turning(
 ) -> MotionSnapshot:
     """Return the rotation of a joint; its axis is computed from two poses."""
     low, high = angles
-    first, span = np.array(at(low).R), min(high - low, 90.0)
+    first, span = at(low), min(high - low, 90.0)
     if span > 0.0:
-        axis = normalized(_tidy(_skew(np.array(at(low + span).R) @ first.T)))
+        axis = normalized(_tidy(_rotation_vector(at(low + span), first)))
     else:
         axis = _vector(pair.joint.relative_axis.direction)
-    turned = np.array(pair.now().R) @ first.T
-    cosine = (np.trace(turned) - 1.0) / 2.0
-    beyond = _small(math.atan2(float(np.dot(axis, _skew(turned))), cosine))
+    beyond = _small(float(np.dot(axis, _rotation_vector(pair.now(), first))))
     lower, upper = _limits(angles)
     if lower is None:  # the number of full turns is unknown; use the angle closest to 0
         value = math.remainder(math.radians(low) + beyond, math.tau)
@@ -194,7 +185,7 @@ def _sliding(pair: _Pair, at: Callable[[float], Transform], role: str = "") -> M
     """Return the translation of a joint, from the displacement of the other part on its axis."""
     low, high = (float(limit) for limit in pair.joint.linear_range)
     start, axis = _within(0.0, (low, high)), _vector(pair.joint.relative_axis.direction)
-    end = transform(_end(pair.other).wrapped.Transformation(), pair.unit).p
+    end = placed(_end(pair.other), pair.unit).p
     moved = np.subtract(pair.now().apply(end), at(start).apply(end))
     value = pair.unit * start + float(np.dot(axis, moved))
     lower, upper = (None if math.isinf(x) else pair.unit * x for x in (low, high))
@@ -213,13 +204,10 @@ def _limits(angles: tuple[float, float]) -> tuple[float | None, float | None]:
     return (None, None) if high - low >= 360.0 else (math.radians(low), math.radians(high))
 
 
-def _skew(R: FloatArray) -> Vector3:
-    """Return sin(angle) times the axis of a rotation."""
-    return (
-        float(R[2, 1] - R[1, 2]) / 2.0,
-        float(R[0, 2] - R[2, 0]) / 2.0,
-        float(R[1, 0] - R[0, 1]) / 2.0,
-    )
+def _rotation_vector(T: Transform, before: Transform) -> Vector3:
+    """Return angle times axis of the rotation from one pose to another."""
+    x, y, z = Rotation.from_matrix(np.array(T.R) @ np.array(before.R).T).as_rotvec().tolist()
+    return x, y, z
 
 
 def _vector(v: Any) -> Vector3:
@@ -236,7 +224,7 @@ def _tidy(v: Vector3) -> Vector3:
 
 
 _KINDS: dict[tuple[str, str], tuple[JointKind, Callable[[_Pair], tuple[MotionSnapshot, ...]]]] = {
-    ("RigidJoint", "RigidJoint"): ("rigid", _none),
+    ("RigidJoint", "RigidJoint"): ("rigid", lambda _: ()),
     ("RevoluteJoint", "RigidJoint"): ("revolute", _revolute),
     ("LinearJoint", "RigidJoint"): ("slider", _linear),
     ("LinearJoint", "RevoluteJoint"): ("pin_slot", _slot),

@@ -29,7 +29,7 @@ from addin_sdfusion.snapshot import (
 
 from .assembly import Assembly, Material, Part, Place
 from .build123d_joints import joint_record
-from .kernel import MILLIMETRE, Face, face_of, kernel, transform
+from .kernel import MILLIMETRE, Face, face_of, kernel, placed
 
 _DYNAMICS = ("damping", "friction", "stiffness", "rest", "effort", "velocity")
 
@@ -95,7 +95,6 @@ class Design:
         """Add a muscle.
 
         Args:
-            name: Name of the muscle.
             points: Via points, in order.
             f_min: Minimum force that a controller can command, in [N].
             f_max: Maximum force, in [N].
@@ -126,7 +125,6 @@ class Design:
         """Add a task point, whose position is controlled or reported.
 
         Args:
-            name: Name of the point.
             axes: Task coordinates in the world, such as "xz".
 
         Raises:
@@ -218,7 +216,7 @@ class Design:
 
     def _part_point(self, point: Any) -> _PartPoint:
         if hasattr(point, "location") and hasattr(point, "connected_to"):  # a joint
-            at = transform(point.location.wrapped.Transformation(), self._unit).p
+            at = placed(point.location, self._unit).p
             return _PartPoint(point.parent, self._in_part(point.parent).apply(at))
         part, where = point
         if hasattr(where, "wrapped") and hasattr(where, "geom_type"):
@@ -242,7 +240,7 @@ class Design:
         """Return T_part_parent, since build123d expresses faces and joints in the parent frame."""
         if part is None:
             return IDENTITY
-        return transform(part.location.wrapped.Transformation(), self._unit).inverse()
+        return placed(part.location, self._unit).inverse()
 
 
 class _SnapshotBuilder:
@@ -260,7 +258,7 @@ class _SnapshotBuilder:
         if children is None:
             parts = tuple(self._part(shape, IDENTITY) for shape in assembly)
         elif children:
-            above = transform(assembly.location.wrapped.Transformation(), self._unit)
+            above = placed(assembly.location, self._unit)
             parts = tuple(self._part(shape, above) for shape in children)
         else:
             parts = (self._part(assembly, IDENTITY),)
@@ -309,7 +307,7 @@ class _SnapshotBuilder:
     def _part(self, shape: Any, above: Transform) -> Part:
         """Return a part with its children; `above` is multiplied from the left to its pose."""
         self._shapes[id(shape)] = shape
-        T = above.compose(transform(shape.location.wrapped.Transformation(), self._unit))
+        T = above.compose(placed(shape.location, self._unit))
         children = tuple(self._part(child, IDENTITY) for child in shape.children)
         material = getattr(shape, "material", None)
         density = getattr(getattr(material, "material", None), "density", None)
@@ -357,8 +355,8 @@ class _SnapshotBuilder:
     def _surfaces(self) -> Iterator[SurfaceSnapshot]:
         for name, (part, face, use) in self._design._surfaces.items():
             path, T = self._at(part, f"wrap surface {name!r}")
-            placed = T.apply(face.centre), T.rotate(face.axis), face.length
-            yield SurfaceSnapshot(path, face.shape, face.radius, *placed, f"face {name}", use)
+            where = T.apply(face.centre), T.rotate(face.axis), face.length
+            yield SurfaceSnapshot(path, face.shape, face.radius, *where, f"face {name}", use)
 
     def _at(self, part: Any, item: str) -> tuple[str, Transform]:
         """Return the path of a part and T_root_part; the root for None."""

@@ -82,6 +82,11 @@ def transform(trsf: Any, unit: float) -> Transform:
     return Transform((a, b, c), (x, y, z))
 
 
+def placed(location: Any, unit: float) -> Transform:
+    """Convert a location of build123d."""
+    return transform(location.wrapped.Transformation(), unit)
+
+
 def solids(shape: Any) -> list[Any]:
     """Return the solids of a shape, in order."""
     return list(_explored(shape, "SOLID"))
@@ -100,7 +105,6 @@ def mass_of(shape: Any, T: Transform, density: float, unit: float) -> MassSnapsh
     """Return the mass properties of a solid, or None without a positive volume.
 
     Args:
-        shape: The solid.
         T: Pose T_root_shape, lengths in [m].
         density: In [kg/m³].
         unit: Unit of length of the shape, in [m].
@@ -133,13 +137,7 @@ def mass_of(shape: Any, T: Transform, density: float, unit: float) -> MassSnapsh
 
 
 def mesh_of(shape: Any, T: Transform, quality: MeshQuality, unit: float) -> MeshSnapshot | None:
-    """Return the triangles of a shape, or None if it has no triangles.
-
-    Args:
-        shape: The body.
-        T: Pose T_root_shape, lengths in [m].
-        unit: Unit of length of the shape, in [m].
-    """
+    """Return the triangles of a shape, or None without any; arguments as for `mass_of`."""
     deflection, angle = _FINENESS[quality]
     box = kernel("Bnd").Bnd_Box()
     kernel("BRepBndLib").BRepBndLib.Add_s(shape, box)
