@@ -127,7 +127,6 @@ class Commands:
         """Add a command and return its parser.
 
         Args:
-            name: The command.
             run: Function of the parsed options that returns the exit code.
             text: One sentence that describes the command.
             example: A command line.

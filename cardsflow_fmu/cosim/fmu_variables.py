@@ -32,7 +32,6 @@ class Signal:
 
     Attributes:
         function: Type in the names of FMI functions, such as `Real` or `Float64`.
-        reference: Value reference.
         names: Names of the elements, or the name of the variable for a scalar.
         units: Units by element name.
         causality: Causality in the model description.

@@ -40,7 +40,6 @@ class Master:
         wiring: Outputs or numbers for inputs that are not connected by equal names, by full name.
         step: Communication step, in [s].
         steps: Number of communication steps.
-        coupling: The coupling scheme.
         every: Communication steps per step of a participant, by its name (default: 1).
         by_name: Whether inputs without wiring use the output of the same name. Otherwise they stay
             at their start values.

@@ -45,7 +45,6 @@ def connect(
             `plant.q.wrist`, or of an array connects its elements in order.
         by_name: Whether an input without wiring uses the output of the same name, which must
             exist. Otherwise it stays at its start value.
-        changes: Conversions of inputs by full name, if they differ from those of the units.
 
     Returns:
         Copies to make before a participant steps, by the participant's name.

@@ -47,7 +47,6 @@ class Experiment:
     """Complete and checked experiment.
 
     Attributes:
-        file: The experiment file.
         robot: The robot, with the cable set and the changes of the experiment.
         robot_path: Main file of the robot.
         disturbance: External forces; None without external forces.
@@ -170,9 +169,6 @@ class Experiment:
     @staticmethod
     def from_resources(folder: Path) -> Experiment:
         """Read the experiment in an unpacked FMU or in results.
-
-        Args:
-            folder: Folder of the resources.
 
         Raises:
             InputError: The experiment is invalid, or names files outside of the folder.

@@ -29,7 +29,6 @@ class JointStates(NamedTuple):
     """Joint states over time.
 
     Attributes:
-        names: Names of the joints.
         time: Shape (m,), in [s] after the first message, from the message headers.
         q: Positions, shape (m, n), in [rad] or [m].
         qd: Velocities, shape (m, n); None if not recorded.

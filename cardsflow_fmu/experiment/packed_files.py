@@ -46,7 +46,6 @@ def mesh_roots(file: Path, robots: Iterable[Path], named: Iterable[Path]) -> tup
     """Return the folders and files that may be packed; see `lies_in`.
 
     Args:
-        file: The experiment file.
         robots: Main files of its robots.
         named: Files that the user has named explicitly.
     """
@@ -164,7 +163,6 @@ def collision_meshes(place: str, robot: Robot, folder: Path, roots: Sequence[Pat
 
     Args:
         place: Path of the robot's folder in the archive.
-        folder: The folder of the robot.
         roots: As for `lies_in`.
 
     Raises:

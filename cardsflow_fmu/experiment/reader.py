@@ -130,7 +130,6 @@ def experiment_settings(
     """Return the attributes of an `Experiment` from the content of a file.
 
     Args:
-        data: The content.
         named: Files that may be packed from any folder.
         reading: Result of reading the robot of [robot], to read it only once.
     """

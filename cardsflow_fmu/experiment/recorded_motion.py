@@ -103,7 +103,6 @@ def write_motion(recording: Path, file: Path, *, overwrite: bool = False) -> Pat
 
     Args:
         recording: A .mcap or .db3 file, or a rosbag2 folder.
-        file: The .csv file.
         overwrite: Whether to replace an existing file.
 
     Raises:

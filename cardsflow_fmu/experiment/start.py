@@ -47,10 +47,8 @@ def read_reference(
 
     Args:
         data: The table [reference].
-        start: The table [start].
         space: Space that the controller controls.
         context: File and names, for messages.
-        robot_path: The robot file.
         in_file: Names of all coordinates in the robot file, including locked ones.
         dynamics: Dynamics that close the loops of the start pose; None without loops.
         has_free_start: Whether an optimal motion chooses its start.

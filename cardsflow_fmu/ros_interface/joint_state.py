@@ -19,7 +19,6 @@ class JointState(NamedTuple):
     Attributes:
         time_ns: Time stamp of the message, in [ns].
         frame: Frame id of the message.
-        names: Names of the joints.
         position, velocity, effort: Values, shape (n,) each, or shape (0,) if not specified.
     """
 

@@ -88,7 +88,6 @@ def header(time_ns: int | NDArray[np.int64], frame: str = "") -> Values:
 
     Args:
         time_ns: Time of a message, or times of many messages, in [ns].
-        frame: Frame id.
     """
     return {"stamp": stamp(time_ns), "frame_id": frame}
 

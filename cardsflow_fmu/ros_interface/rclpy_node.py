@@ -157,7 +157,6 @@ class RosInbox:
     subscription.
 
     Args:
-        node: Node of rclpy.
         subscription: Subscription of the node that no executor processes.
     """
 

@@ -57,7 +57,6 @@ def build(
     have no hardware.fmu, because hardware is commanded with forces.
 
     Args:
-        folder: Folder of the files.
         fmi: FMI version of the FMUs; the .ssp contains FMUs of FMI 2.0.
         arrays: Whether FMUs of FMI 3.0 have arrays.
         platforms: Platforms of the FMUs, such as `linux64` (default: the current platform; native

@@ -99,7 +99,6 @@ class DraftSearch:
     """Search for an experiment whose test run tracks the reference.
 
     Attributes:
-        robot_path: Path of the robot files.
         cable_set: Name of the cable set; None for the default.
     """
 

@@ -43,7 +43,6 @@ class EditSession:
 
     Attributes:
         robot: The robot as read.
-        file: The robot file.
         findings: Findings about the files.
         table: File that receives the muscles: the existing muscle table, or a new one.
     """

@@ -55,7 +55,6 @@ class ExcitationFiles:
 
     Attributes:
         files: Experiment, motion and report.
-        text: Text of the report.
         findings: Findings of the check of the robot files.
     """
 
@@ -210,7 +209,6 @@ def describe_excitation(design: Excitation, test_run: TestRun | None, next_: Seq
     """Return the report on a motion.
 
     Args:
-        design: The motion.
         test_run: Result of its test run; None without a test run.
         next_: Lines with the commands of the next steps.
     """

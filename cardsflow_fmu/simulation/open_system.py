@@ -28,7 +28,6 @@ class OpenSystem(ABC, Generic[R]):
         loop: Loop that steps the participants.
         step: Communication step, in [s].
         hardware: Hardware of the run; None without hardware, or if unknown.
-        table_format: Format of the results table.
         contents: Other files of the results folder, by name; empty without a folder.
         streamed: Names of files that participants write into the folder.
     """

@@ -43,7 +43,6 @@ def read_csv(
     The separator of the first line (comma, semicolon or tab) is used for all lines.
 
     Args:
-        file: The table.
         kind: Expected kind of table, for messages.
         complete: Whether the file is complete. If not, a last line without newline is ignored.
         most: Maximum number of values.

@@ -79,11 +79,7 @@ class ProgressLines:
 def show_progress(command: str, unit: str = "") -> Iterator[Update]:
     """Provide a function that shows progress on stderr; with `--quiet` it shows nothing.
 
-    Without a call of the function the elapsed time is shown.
-
-    Args:
-        command: The command, such as `excite`.
-        unit: Name of the unit of work, in the plural. Empty to show a percentage.
+    Without a call of the function the elapsed time is shown. Arguments are as for `ProgressLines`.
     """
     if is_quiet():
         yield lambda done, total, failed=0: None

@@ -28,7 +28,6 @@ class PrintableStream:
     """Stream that escapes control characters.
 
     Args:
-        stream: The stream to write to.
         is_needed: Whether a failed write is an error. A closed pipe is never an error.
 
     Attributes:

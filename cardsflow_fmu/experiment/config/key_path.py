@@ -144,7 +144,6 @@ def set_value(data: dict[str, Any], key: str, value: Any, file: Path) -> None:
 
     Args:
         data: The settings; changed in place.
-        key: The full key.
         value: The value; copied.
         file: File of the settings, for messages.
 

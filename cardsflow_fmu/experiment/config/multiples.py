@@ -26,7 +26,6 @@ def require_multiple(
     Args:
         time: Time, in [s].
         step: Step, in [s].
-        step_key: Full key of the step.
         file: File that specifies the time.
         key: Full key of the time.
         blame: Full key for the message (default: key).

@@ -58,17 +58,14 @@ def named_setting(
     alias: str | None = None,
     symbol: str | None = None,
 ) -> Any:
-    """Define a key with one value per name; the value is a tuple in the order of the names.
+    """Define a key like `setting`, with one value per name, as a tuple in the order of the names.
 
     Args:
         names: Kind of names, a key of `Context.names`.
-        meaning: Description with unit.
         default: Default of every value; omitted for a required key; None for an empty tuple.
         others: Value of names that a table omits (default: `default`). Vectors are only allowed in
             tables.
         word: Text that is allowed instead of values; read as None.
-        alias: Key in files (default: name of the attribute).
-        symbol: Name of the C array, see `Table.arrays` (default: none).
     """
     info: Any = Field(
         ... if default is ... else _NOT_SET,

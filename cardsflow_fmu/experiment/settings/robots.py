@@ -84,7 +84,6 @@ class RobotPart:
     """Robot in an experiment with several robots, and its files.
 
     Attributes:
-        name: Name of the robot.
         robot: The robot, with its active sets, gravity and changes.
         pose: Pose of the world frame of the robot in the common world frame.
         files: All files of the robot, the main file first.

@@ -53,8 +53,6 @@ class Drive(Protocol):
 
         Args:
             command: Commands, shape (m,).
-            lengths: l, shape (m,), in [m].
-            rates: l' = L qd, shape (m,), in [m/s].
             dt: Time step, in [s].
         """
 
@@ -91,7 +89,6 @@ class SpringDrive:
 
     Args:
         settings: Settings of the motors, whose command is a length or a velocity.
-        muscle_names: Names of the m muscles.
         f_max: Maximum force of each motor, shape (m,), in [N].
 
     Raises:

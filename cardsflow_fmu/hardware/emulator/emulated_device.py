@@ -16,7 +16,6 @@ def emulated_device(
     """Return the emulated device of an experiment, for the links `loopback:` and `emulated:`.
 
     Args:
-        experiment: The experiment.
         settings: Hardware settings of the experiment, with the address of the link.
         key: Pre-shared key, or None for unsigned frames.
     """
@@ -28,7 +27,6 @@ def device_of(robot: EmulatedRobot, settings: HardwareSettings, key: bytes | Non
     """Return the device of an emulated robot.
 
     Args:
-        robot: The emulated robot.
         settings: Hardware settings, which specify signals, scale and watchdog.
         key: Pre-shared key, or None for unsigned frames.
 

@@ -27,8 +27,6 @@ class EmulatedWorld:
     """Virtual clock, device, and the line to the device.
 
     Attributes:
-        device: The device.
-        line: The line.
         now: Virtual time, in [s].
         answers: Frames from the device that the link has not received yet.
     """
@@ -90,10 +88,6 @@ class EmulatedWorld:
 
 class EmulatedLink(FramedLink):
     """Link to the device of an `EmulatedWorld`.
-
-    Args:
-        world: The emulated world.
-        key: Pre-shared key, or None for unsigned frames.
 
     Raises:
         InputError: The key is too short.

@@ -35,7 +35,6 @@ class EmulatedRobot:
     With ideal motors and sensors, the states equal the states of the plant FMU exactly.
 
     Args:
-        robot: The robot to simulate.
         step: Internal time step, in [s].
         q: Start positions, shape (n,), in [rad] or [m], or None for the initial positions of the
             robot.
@@ -53,7 +52,6 @@ class EmulatedRobot:
         InputError: A value is out of range.
 
     Attributes:
-        plant: The simulated plant.
         drive: The motor model.
         commands: Number of commands: first the muscles, then the joint motors.
         bounds: Lower and upper bounds of the commands, shape (commands,) each.

@@ -18,7 +18,6 @@ class HardwareLink(Protocol):
         run_id: Id of the run, or 0 before `open`.
         agreed: Parameters of the run, or None before `open`.
         start_state: State of the device when it accepted the run, shape (states,), in SI units.
-        clock: Clock of the link.
     """
 
     clock: Clock

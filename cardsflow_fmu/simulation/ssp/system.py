@@ -13,7 +13,6 @@ class Connector:
     """Variable of a component that can be connected.
 
     Attributes:
-        name: Name of the variable.
         kind: `input` or `output`.
         type: Type, such as `Real` or `Boolean`.
         unit: Unit; None for dimensionless variables.
@@ -30,7 +29,6 @@ class Parameter:
     """Start value of a variable.
 
     Attributes:
-        name: Name of the variable.
         value: Value; booleans are 0 and 1.
         unit: Unit of the value; None for the unit of the variable.
     """
@@ -64,7 +62,6 @@ class System:
     """System of connected FMUs.
 
     Attributes:
-        name: Name of the system.
         components: The FMUs.
         connections: Connections of outputs to inputs.
         step: Communication step, in [s]; None if not specified.

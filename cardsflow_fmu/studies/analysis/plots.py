@@ -24,8 +24,6 @@ def histogram(name: str, unit: str, values: FloatArray) -> str:
     """Return a histogram of a metric.
 
     Args:
-        name: Name of the metric.
-        unit: Unit of the metric.
         values: At least one finite value, small enough for the axes of a figure.
     """
 
@@ -132,7 +130,6 @@ def search_history(objective: str, unit: str, best: Mapping[str, Sequence[float]
 
     Args:
         objective: Name of the metric.
-        unit: Unit of the metric.
         best: Best value after each generation, by the name of the search; NaN before a run
             satisfies the constraints.
     """

@@ -86,7 +86,6 @@ class Variation:
     Attributes:
         name: Name of its column in the table.
         paths: Full keys of the settings.
-        range: Range of the values.
         relative: Whether values are factors of the nominal values or offsets from them; None for
             absolute values.
         nominal: Nominal value at every path; empty for absolute values.

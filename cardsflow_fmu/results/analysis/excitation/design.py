@@ -61,7 +61,6 @@ class Excitation:
     Attributes:
         motion: The motion from rest to rest, with rows at time steps of `GRID`.
         forces: Minimum forces of the motion, shape (T, m), in [N].
-        parameters: Parameters to identify.
         information: H of measurements with `NOISE` at `READ`, scaled by the prior standard
             deviations, shape (P, P).
         prior: H0, scaled in the same way, shape (P, P).
@@ -138,12 +137,7 @@ def excitations(
 
 
 class Design:
-    """Design of motions by their information on parameters.
-
-    Args:
-        motions: Motions of the robot.
-        parameters: Parameters to identify.
-    """
+    """Design of motions by their information on parameters."""
 
     def __init__(self, motions: Motions, parameters: tuple[Parameter, ...]) -> None:
         self._motions, self._parameters = motions, parameters

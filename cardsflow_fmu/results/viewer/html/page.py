@@ -44,15 +44,12 @@ def page_with(
     simulates: bool = False,
     connects: bool = False,
 ) -> str:
-    """Return a page with a script and its data.
+    """Return a page with a script and its data; see also `html_page`.
 
     Args:
-        title: Title in plain text.
         styles: Names of style sheets, as for `page_part`.
         texts: Data for the script, by the ids of their elements; without the character `<`, except
             for scripts.
-        simulates: Whether scripts of the page may start a worker with WebAssembly.
-        connects: Whether scripts of the page may send requests to its server.
     """
     data = (f'<script type="text/plain" id="{id_}">{text}</script>' for id_, text in texts.items())
     return html_page(

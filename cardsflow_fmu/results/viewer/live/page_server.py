@@ -47,7 +47,6 @@ class PageServer:
         token: Token of the address and of actions; empty for a page without actions.
 
     Attributes:
-        address: Address for a browser.
         path: Path of the page, with the token.
     """
 

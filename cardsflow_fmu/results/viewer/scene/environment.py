@@ -47,7 +47,6 @@ class Environment:
         """Return the shapes of frame k.
 
         Args:
-            k: The frame.
             box: Two corners of the box above the ground, in [m].
         """
         for item in self._objects:

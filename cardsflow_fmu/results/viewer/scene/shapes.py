@@ -219,7 +219,6 @@ class Label(Shape):
     Attributes:
         position: Position, shape (3,), in [m].
         title: Name of the number.
-        value: The number.
         unit: Unit of the number, such as `rad`.
     """
 
