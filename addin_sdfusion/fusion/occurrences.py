@@ -103,6 +103,11 @@ def find_occurrences(root: Any, notes: Notes) -> Occurrences:
     return dict(sorted(occurrences.items(), key=lambda item: natural_key(item[0])))
 
 
+def readable_occurrences(root: Any) -> Occurrences:
+    """Return the root component and all occurrences that can be read, without findings."""
+    return find_occurrences(root, Notes(lambda _: None))
+
+
 def _native_children(above: Occurrence, notes: Notes) -> list[Any]:
     """Return Fusion's child occurrences in reverse order."""
     return list(items(above.children, notes, above.subject, "occurrences"))[::-1]
@@ -118,22 +123,6 @@ def identity(occurrence: Occurrence) -> tuple[str, str]:
 def component_id(component: Any) -> str:
     """Return the persistent id of a component; empty if Fusion does not report it."""
     return optional(lambda: str(component.id)) or ""
-
-
-def every_occurrence(root: Any) -> list[Any]:
-    """Return Fusion's occurrences in the context of the root, parents first.
-
-    Occurrences with an unresolved reference to another document are skipped. Fusion's list of all
-    occurrences fails if one of them is unresolved.
-    """
-    natives: list[Any] = []
-    waiting = optional(lambda: list(root.occurrences)) or []
-    while waiting:
-        native = waiting.pop(0)
-        if optional(lambda: native.component) is not None:  # noqa: B023 -- called at once
-            natives.append(native)
-            waiting += optional(lambda: list(native.childOccurrences)) or []  # noqa: B023
-    return natives
 
 
 def _occurrence(native: Any, above: Occurrence, notes: Notes) -> Occurrence | None:

@@ -7,7 +7,7 @@ from itertools import islice
 from typing import Any
 
 from ...fusion.notes import optional
-from ...fusion.occurrences import every_occurrence
+from ...fusion.occurrences import readable_occurrences
 from ...robot.finding import Subject
 from ...snapshot import LINK_PREFIX, bare_name
 from ..reading import Reading
@@ -25,8 +25,7 @@ class _Locator:
     """Search for entities of a design by the names used in findings."""
 
     def __init__(self, design: Any, reading: Reading) -> None:
-        self._root = design.rootComponent
-        self._occurrences = {o.fullPathName: o for o in every_occurrence(self._root)}
+        self._occurrences = readable_occurrences(design.rootComponent)
         self._reading = reading
         self.finders: dict[str, Callable[[str], Iterable[Any]]] = {
             "link": self._link,
@@ -44,13 +43,13 @@ class _Locator:
 
     def _link(self, name: str) -> Iterator[Any]:
         for path, occurrence in self._occurrences.items():
-            if self._reading.link_of.get(path) == name:
-                yield occurrence
+            if path and self._reading.link_of.get(path) == name:
+                yield occurrence.native
 
     def _occurrence(self, name: str) -> Iterator[Any]:
         for path, occurrence in self._occurrences.items():
-            if name in (path, occurrence.name, occurrence.component.name):
-                yield occurrence
+            if path and name in (path, occurrence.native.name, occurrence.component.name):
+                yield occurrence.native
 
     def _joint(self, name: str) -> list[Any]:
         return [joint for joint in self._joints() if joint.name in (name, LINK_PREFIX + name)]
@@ -62,26 +61,27 @@ class _Locator:
         ]
 
     def _joints(self) -> Iterator[Any]:
-        for component, occurrence in self._components():
-            for joints in (component.joints, component.asBuiltJoints):
+        for occurrence in self._occurrences.values():
+            for joints in (occurrence.component.joints, occurrence.component.asBuiltJoints):
                 for i in range(joints.count):
-                    yield _proxy(joints.item(i), occurrence)
+                    yield occurrence.proxy(joints.item(i))
 
     def _group(self, name: str) -> Iterator[Any]:
-        for component, _ in self._components():
-            for i in range(component.rigidGroups.count):
-                group = component.rigidGroups.item(i)
+        for occurrence in self._occurrences.values():
+            groups = occurrence.component.rigidGroups
+            for i in range(groups.count):
+                group = groups.item(i)
                 if optional(lambda: group.name) in (name, LINK_PREFIX + name):  # noqa: B023
                     yield from group.occurrences
 
     def _body(self, name: str) -> Iterator[Any]:
         path, _, body_name = name.rpartition("/")
-        for component, occurrence in self._components():
-            if (occurrence.fullPathName if occurrence else "") == path:
-                for bodies in (component.bRepBodies, component.meshBodies):
-                    for i in range(bodies.count):
-                        if bodies.item(i).name == body_name:
-                            yield _proxy(bodies.item(i), occurrence)
+        occurrence = self._occurrences.get(path)
+        if occurrence is not None:
+            for bodies in (occurrence.component.bRepBodies, occurrence.component.meshBodies):
+                for i in range(bodies.count):
+                    if bodies.item(i).name == body_name:
+                        yield occurrence.proxy(bodies.item(i))
 
     def _point(self, name: str) -> Iterator[Any]:
         points = self._reading.snapshot.points
@@ -107,19 +107,8 @@ class _Locator:
 
     def _points(self, names: set[tuple[str, str]]) -> Iterator[Any]:
         """Yield construction points by occurrence and name."""
-        for component, occurrence in self._components():
-            path = occurrence.fullPathName if occurrence else ""
-            for i in range(component.constructionPoints.count):
-                point = component.constructionPoints.item(i)
-                if (path, point.name) in names:
-                    yield _proxy(point, occurrence)
-
-    def _components(self) -> Iterator[tuple[Any, Any]]:
-        """Yield every component with its occurrence, which is None for the root component."""
-        yield self._root, None
-        for occurrence in self._occurrences.values():
-            yield occurrence.component, occurrence
-
-
-def _proxy(entity: Any, occurrence: Any) -> Any:
-    return entity.createForAssemblyContext(occurrence) if occurrence else entity
+        for path, occurrence in self._occurrences.items():
+            points = occurrence.component.constructionPoints
+            for i in range(points.count):
+                if (path, points.item(i).name) in names:
+                    yield occurrence.proxy(points.item(i))

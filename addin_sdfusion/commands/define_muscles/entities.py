@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...fusion.handles import Handles
-from ...fusion.occurrences import component_id, every_occurrence
+from ...fusion.occurrences import component_id, readable_occurrences
 from ...fusion.points import hidden_points
 from ...muscles.attributes import GROUP, WRAP
 from ...muscles.stored import stored_surface
@@ -25,9 +25,8 @@ class Entities:
     def __init__(self, design: Any, snapshot: DesignSnapshot) -> None:
         self.points, self.faces = Handles(design), Handles(design)
         self.picked = Handles(design)
-        root = design.rootComponent
-        components: dict[str, Any] = {"": root}
-        components |= {o.fullPathName: o.component for o in every_occurrence(root)}
+        occurrences = readable_occurrences(design.rootComponent)
+        components = {path: o.component for path, o in occurrences.items()}
         for point in snapshot.points:
             component = components.get(point.occurrence)
             if component is None or point.entity.startswith(KEPT):

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ...fusion.notes import Notes
-from ...fusion.occurrences import find_occurrences
+from ...fusion.occurrences import readable_occurrences
 from ...muscles.csv_reader import read_csv
 from ...muscles.csv_writer import csv_text
 from ...muscles.mirror import Plane
@@ -166,7 +165,7 @@ class DefineMuscles(Window):
 
     def _replace_part(self) -> None:
         old, new = (_chosen(self.inputs.value(n), NO_PART) for n in ("old_part", "new_part"))
-        occurrences = find_occurrences(self.design.rootComponent, Notes(lambda _: None))
+        occurrences = readable_occurrences(self.design.rootComponent)
         poses = {path: occurrence.T for path, occurrence in occurrences.items()}
         replace_part(self.model, old, new, poses, self._find_face)
 

@@ -10,7 +10,7 @@ from typing import Any
 import adsk.core
 import adsk.fusion
 
-from ...fusion.occurrences import every_occurrence
+from ...fusion.occurrences import readable_occurrences
 from ...fusion.units import CM
 from ...muscles.mirror import Plane
 from ...robot.errors import InputError
@@ -147,9 +147,9 @@ def faces_at(
     """
     return [
         face
-        for occurrence in every_occurrence(design.rootComponent)
-        if link_of.get(occurrence.fullPathName) == link
-        for body in occurrence.bRepBodies
+        for path, occurrence in readable_occurrences(design.rootComponent).items()
+        if path and link_of.get(path) == link
+        for body in occurrence.native.bRepBodies
         for face in body.faces
         if _has_place(face.geometry, surface)
     ]

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from ....fusion.handles import Handles
-from ....fusion.notes import Notes, optional
-from ....fusion.occurrences import find_occurrences
+from ....fusion.notes import optional
+from ....fusion.occurrences import readable_occurrences
 from ....fusion.places import Places
 from ....muscles.point_names import natural_key
 from ....muscles.rows import PointRow, WrapRow
@@ -37,7 +37,7 @@ class Homes:
         self._design = design
         self._link_of = link_of
         self._points = points
-        occurrences = find_occurrences(design.rootComponent, Notes(lambda _: None))
+        occurrences = readable_occurrences(design.rootComponent)
         self._places = Places(design, occurrences)
         self.occurrences: dict[str, Any] = {p: o.native for p, o in occurrences.items() if p}
 
