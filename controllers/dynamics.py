@@ -117,6 +117,14 @@ def bias_torque(dynamics: Dynamics, q: FloatArray, qd: FloatArray) -> FloatArray
     return torque
 
 
+def task_error(dynamics: TaskDynamics, q: FloatArray, y_d: FloatArray) -> FloatArray:
+    """Return y_d - y(q), with angles wrapped to [-pi, pi), shape (k,), in [m] or [rad]."""
+    error: FloatArray = y_d - dynamics.task_position(q)
+    angles = dynamics.task_angles
+    error[angles] = np.remainder(error[angles] + np.pi, 2.0 * np.pi) - np.pi
+    return error
+
+
 def close_loops(dynamics: Dynamics, q: FloatArray) -> FloatArray:
     """Close kinematic loops by changing the dependent coordinates of q, shape (n,).
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import PathDynamics, TaskDynamics, close_loops
+from controllers.dynamics import PathDynamics, TaskDynamics, close_loops, task_error
 from controllers.validation import finite_vector, is_finite
 
 _RELATIVE_TOLERANCE = 1e-15  # relative change at which least squares stops
@@ -171,14 +171,14 @@ def _descend(
     q = _reach_task(robot, y, _close_loops(robot, q, q))
     longest = _MAX_STEP
     for _ in range(_ITERATIONS):
-        error = _task_error(robot, y, q)
+        error = task_error(robot, q, y)
         if np.abs(error).max(initial=0.0) > tolerance or longest < _MIN_STEP:
             break
         dq = _step(robot, q, error, posture - q, _POSTURE_WEIGHT, longest)
         if np.abs(dq).max(initial=0.0) < _MIN_STEP:
             break
         ahead = _reach_task(robot, y, _close_loops(robot, q + dq, q))
-        reached = np.abs(_task_error(robot, y, ahead)).max(initial=0.0) <= tolerance
+        reached = np.abs(task_error(robot, ahead, y)).max(initial=0.0) <= tolerance
         gain = np.linalg.norm(q - posture) - np.linalg.norm(ahead - posture)
         if reached and gain > 0:
             q, longest = ahead, min(2.0 * longest, _MAX_STEP)
@@ -186,7 +186,7 @@ def _descend(
             longest *= 0.25  # the step exceeds the linear range, or the search has almost converged
     limits = np.minimum(q - robot.q_min, robot.q_max - q) <= _NEAR_LIMIT
     names = [name for name, at in zip(robot.coordinate_names, limits, strict=True) if at]
-    return InverseKinematics(q, _task_error(robot, y, q), tuple(names))
+    return InverseKinematics(q, task_error(robot, q, y), tuple(names))
 
 
 def _close_loops(robot: TaskDynamics, q: FloatArray, fallback: FloatArray) -> FloatArray:
@@ -199,14 +199,14 @@ def _close_loops(robot: TaskDynamics, q: FloatArray, fallback: FloatArray) -> Fl
 
 def _reach_task(robot: TaskDynamics, y: FloatArray, q: FloatArray) -> FloatArray:
     """Minimise the task error, starting from q, and return the configuration, shape (n,)."""
-    error, longest = _task_error(robot, y, q), _MAX_STEP
+    error, longest = task_error(robot, q, y), _MAX_STEP
     for _ in range(_ITERATIONS):
         size = float(np.linalg.norm(error))
         if size < _ROUNDING or longest < _MIN_STEP**2:
             break
         step = _step(robot, q, error, np.zeros_like(q), 0.1 * min(size, 1.0), longest)
         ahead = _close_loops(robot, q + step, q)
-        new = _task_error(robot, y, ahead)
+        new = task_error(robot, ahead, y)
         if np.linalg.norm(new) < size:
             q, error, longest = ahead, new, min(2.0 * longest, _MAX_STEP)
         else:
@@ -242,13 +242,6 @@ def _step(
         free = lsq_linear(rows, goal, bounds=bounds, method="bvls", tol=1e-15).x
     dq[~locked] = free
     return np.clip(dq, low, high)
-
-
-def _task_error(robot: TaskDynamics, y: FloatArray, q: FloatArray) -> FloatArray:
-    """Return the task error y - y(q), with angles wrapped to [-pi, pi), shape (k,)."""
-    error = y - robot.task_position(q)
-    turns = np.remainder(error + np.pi, 2.0 * np.pi) - np.pi
-    return np.asarray(np.where(robot.task_angles, turns, error))
 
 
 def _out_of_reach(robot: TaskDynamics, y: FloatArray, best: InverseKinematics) -> str:

@@ -186,12 +186,7 @@ class ControlLoop:
         Raises:
             InputError: The state has another length, or is not finite.
         """
-        remembered = self._loop["remembered"]
-        if np.shape(state) != remembered.shape or not np.isfinite(state).all():
-            raise InputError(
-                f"the state of the control loop must be {remembered.size} finite numbers"
-            )
-        remembered[:] = state
+        self._loop.restore("remembered", state, "control loop")
 
     def _solve(self, *state: FloatArray, **loads: FloatArray) -> ForceSolution:
         self._solution = self.law.solve(*state, **loads)

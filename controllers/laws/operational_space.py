@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, SimulationError
 from controllers.arrays import FloatArray
-from controllers.dynamics import TaskDynamics, actuator_names, bias_torque
+from controllers.dynamics import TaskDynamics, actuator_names, bias_torque, task_error
 from controllers.force_distribution.solution import STATUSES, ForceSolution
 from controllers.qp import law_in_c
 from controllers.qp.solver import DEFAULT_SOLVER, require_solver
@@ -199,17 +199,11 @@ class OperationalSpaceController:
         Raises:
             InputError: The state has another length or is not finite.
         """
-        memory = self._law["memory"]
-        if np.shape(state) != memory.shape or not np.isfinite(state).all():
-            raise InputError(f"the state of the controller must be {memory.size} finite numbers")
-        memory[:] = state
+        self._law.restore("memory", state, "controller")
 
     def error(self, q: FloatArray, y_d: FloatArray) -> FloatArray:
         """Return y_d - y, with angles wrapped to [-pi, pi), shape (k,), in [m] or [rad]."""
-        e: FloatArray = y_d - self.dynamics.task_position(q)
-        angles = self.dynamics.task_angles
-        e[angles] = np.remainder(e[angles] + np.pi, 2.0 * np.pi) - np.pi
-        return e
+        return task_error(self.dynamics, q, y_d)
 
     def build_problem(
         self,

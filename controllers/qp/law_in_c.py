@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from addin_sdfusion.robot import CardsflowError
+from addin_sdfusion.robot import CardsflowError, InputError
 from controllers.arrays import FloatArray
 
 from . import dual_newton
@@ -74,6 +74,17 @@ class NamedArrays:
         """Write arrays by name; numpy broadcasts the values, and None writes 0."""
         for name, values in arrays.items():
             self[name][...] = 0.0 if values is None else values
+
+    def restore(self, name: str, state: ArrayLike, owner: str) -> None:
+        """Write an array with the state of an object, which is named in messages.
+
+        Raises:
+            InputError: The state has another length, or is not finite.
+        """
+        memory = self[name]
+        if np.shape(state) != memory.shape or not np.isfinite(state).all():
+            raise InputError(f"the state of the {owner} must be {memory.size} finite numbers")
+        memory[:] = state
 
 
 class LawInC(NamedArrays):

@@ -66,6 +66,7 @@ class Batch:
     Attributes:
         robot: The robot.
         n: Number of instances.
+        step_size: Length of a step, in [s].
         q: Joint positions, shape (n, dofs), in [rad] or [m]. This and the following arrays are
             views, which the next step overwrites; use `reset` or `set_state` to change the state.
         qd: Joint velocities, shape (n, dofs), in [rad/s] or [m/s].
@@ -103,7 +104,7 @@ class Batch:
         if integrator == "rk4":
             for one in self._robots:
                 require_rk4_support("core", None, one)
-        self._length, self._substeps = float(step), int(substeps)
+        self.step_size, self._substeps = float(step), int(substeps)
         dofs, m = len(robot.coordinates), len(robot.muscles)
         self._actuated = [k for k, c in enumerate(robot.coordinates) if c.actuated]
         laws = self._instances.laws[0]
@@ -122,11 +123,6 @@ class Batch:
         self._scratch: list[FloatArray] = []
         self._groups = self._instances.group_memory(self._threads.count)
         self.reset()
-
-    @property
-    def step_size(self) -> float:
-        """Length of a step, in [s]."""
-        return self._length
 
     @property
     def diverged(self) -> BoolArray:
@@ -292,7 +288,7 @@ class Batch:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Describe a copy by arguments and state, since pointers to C cannot be copied."""
-        arguments = self.robot, self.n, self._length, self._robots, self._options
+        arguments = self.robot, self.n, self.step_size, self._robots, self._options
         state = self.get_state(), self.commands, self.variant, self.ticks, self._answers
         return _restored_batch, (type(self), *arguments, state)
 
@@ -303,7 +299,7 @@ class Batch:
 
     def _rule(self) -> tuple[float, int, int]:
         is_runge_kutta = int(self._options["integrator"] == "rk4")
-        return self._length / self._substeps, self._substeps, is_runge_kutta
+        return self.step_size / self._substeps, self._substeps, is_runge_kutta
 
     def _share_step(self, run: Callable[[slice, int | None], None]) -> None:
         """Call `run` for the parts of the threads, with the addresses of memory for lanes."""

@@ -79,8 +79,8 @@ class IndependentDynamics(CoreDynamics):
         Raises:
             InputError: The loops cannot be closed.
         """
-        is_held = (~self._dependent).astype(float)
-        return closed_pose(self.robot, self._core, finite("q", q, self.n), is_held)
+        is_independent = (~self._dependent).astype(float)
+        return closed_pose(self.robot, self._core, finite("q", q, self.n), is_independent)
 
     def remaining_gap(self, q: ArrayLike) -> float:
         """Return the largest gap of the closed loops, see `sim_dart.core.close_loops`."""

@@ -18,23 +18,21 @@ class CableSlip:
 
     Args:
         paths: The muscle paths whose `pulling` uses the slip states.
+
+    Attributes:
+        states: Slip direction s of each bend, from -1 to 1, shape (bends,), as a view.
     """
 
     def __init__(self, paths: MusclePaths) -> None:
         self._paths, self._core = paths, paths.core
         count = paths.bends
-        self._slips = self._core.array("law_states", paths.law_states + count)[-count:]
+        self.states = self._core.array("law_states", paths.law_states + count)[-count:]
         self._last: FloatArray | None = None
         self._n = paths.coordinates
 
-    @property
-    def states(self) -> FloatArray:
-        """Slip direction s of each bend, from -1 to 1, shape (bends,), as a view."""
-        return self._slips
-
     def reset(self) -> None:
         """Set all slip directions to 0."""
-        self._slips[:] = 0.0
+        self.states[:] = 0.0
         self._last = None
 
     def follow(self, q: FloatArray) -> None:
@@ -52,10 +50,10 @@ class CableSlip:
         """Return the slip states, a flag whether a last position exists, and this position."""
         has_last = self._last is not None
         last = np.zeros(self._n) if self._last is None else self._last
-        return np.concatenate([self._slips, [float(has_last)], last])
+        return np.concatenate([self.states, [float(has_last)], last])
 
     def set_state(self, state: FloatArray) -> None:
         """Restore a state from `get_state`."""
-        count = self._slips.size
-        self._slips[:] = state[:count]
+        count = self.states.size
+        self.states[:] = state[:count]
         self._last = np.array(state[count + 1 :]) if state[count] else None

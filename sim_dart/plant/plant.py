@@ -58,6 +58,7 @@ class Plant:
 
     Attributes:
         engine: The selected engine, `core` or `dart`.
+        step_size: Length of a step, in [s].
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
         world: The world with objects and contacts.
@@ -90,7 +91,7 @@ class Plant:
             "engine": engine,
         }
         self.robot = robot
-        self._step = float(step)
+        self.step_size = float(step)
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
         self._actuated = [k for k, c in enumerate(robot.coordinates) if c.actuated]
         self.engine = select_engine(engine, scene, robot)
@@ -112,14 +113,9 @@ class Plant:
         self.reset()
 
     @property
-    def step_size(self) -> float:
-        """Length of a step, in [s]."""
-        return self._step
-
-    @property
     def time(self) -> float:
         """Time since the reset, in [s]."""
-        return self._ticks * self._step
+        return self._ticks * self.step_size
 
     @property
     def muscle_lengths(self) -> FloatArray:
@@ -315,7 +311,7 @@ class Plant:
     def __reduce__(self) -> tuple[Any, ...]:
         """Describe a copy by arguments and state, since pointers to C cannot be copied."""
         state = self.get_state(), self._commands
-        return _restored_plant, (type(self), self.robot, self._step, self._options, *state)
+        return _restored_plant, (type(self), self.robot, self.step_size, self._options, *state)
 
     def hold(self, commands: ArrayLike) -> None:
         """Set the commands without a step, which updates `tensions` and `commands`.
