@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, Self, get_args
 
 import numpy as np
+from pydantic import ConfigDict, PlainSerializer, PlainValidator, model_validator
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
 from addin_sdfusion.robot.files import write_files
@@ -18,62 +18,100 @@ from cardsflow_fmu.cosim.signals.muscles import driven_muscles, ideal_muscles, s
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .config.file import read_settings
+from .config.messages import SettingError
+from .config.table import Context, Listed, Positive, Table, setting
 
-FORMAT = "cardsflow-policy-1"
+Format = Literal["cardsflow-policy-1"]
+(FORMAT,) = get_args(Format)
 
-PARTS = ("q", "qd", "y", "error", "rate", "activations")
-"""Parts of observations, in the order of `enum policy_part`."""
+Part = Literal["q", "qd", "y", "error", "rate", "activations"]
+"""Part of observations, in the order of `enum policy_part`."""
 
-ACTIVATIONS = ("linear", "tanh", "relu", "elu", "sigmoid")
-"""Functions of layers, in the order of `enum policy_activation`."""
-
-MAPS = ("range", "sigmoid")
-
-
-@dataclass(frozen=True, eq=False)
-class Layer:
-    """Layer: activation(weights x + bias).
-
-    Attributes:
-        weights: Weights, shape (outputs, inputs).
-        bias: Bias, shape (outputs,).
-        activation: Name from `ACTIVATIONS`.
-    """
-
-    weights: FloatArray
-    bias: FloatArray
-    activation: str
+Activation = Literal["linear", "tanh", "relu", "elu", "sigmoid"]
+"""Function of a layer, in the order of `enum policy_activation`."""
 
 
-@dataclass(frozen=True, eq=False)
-class Policy:
-    """Policy from observations to commands.
+def _array(dimensions: int, values: Any) -> FloatArray:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise SettingError("must be numbers in rows of equal length") from None
+    if array.ndim != dimensions or not array.size or not np.isfinite(array).all():
+        raise SettingError(f"must be finite numbers with {dimensions} dimensions")
+    return array
 
-    Attributes:
-        step: Time between two ticks, in [s]; velocities in the observation are multiplied by it.
-        parts: Names from `PARTS`, in the order of the observation.
-        mean: Means of the observation, shape (k,).
-        sd: Standard deviations of the observation, shape (k,).
-        max_input: Largest sound normalised input; beyond it, the outputs are the fallback.
-        layers: The layers. The last one computes actions from -1 to 1.
-        map: Map from actions to commands, see `MAPS` and `cardsflow_fmu.gym.actions.Actions`.
-        outputs: Names of muscles and of coordinates with motors.
-        low: Smallest commands, shape (outputs,).
-        high: Largest commands, shape (outputs,).
-        fallback: Commands if an input is not sound, shape (outputs,).
-    """
 
-    step: float
-    parts: tuple[str, ...]
-    mean: FloatArray
-    sd: FloatArray
-    max_input: float
-    layers: tuple[Layer, ...]
-    map: str
-    outputs: tuple[str, ...]
-    low: FloatArray
-    high: FloatArray
-    fallback: FloatArray
+_AS_LISTS = PlainSerializer(lambda array: array.tolist())
+Vector = Annotated[FloatArray, PlainValidator(partial(_array, 1)), _AS_LISTS]
+Matrix = Annotated[FloatArray, PlainValidator(partial(_array, 2)), _AS_LISTS]
+
+
+class _PolicyTable(Table):
+    """Table of a policy; other keys are ignored."""
+
+    model_config = ConfigDict(extra="ignore")
+
+
+class Layer(_PolicyTable):
+    """Layer: activation(weights x + bias)."""
+
+    activation: Activation = setting("function of the layer")
+    weights: Matrix = setting("weights, shape (outputs, inputs)")
+    bias: Vector = setting("bias, shape (outputs,)")
+
+
+class Output(_PolicyTable):
+    """Command of a muscle, or of the motor of a coordinate."""
+
+    name: str = setting("name of the muscle or coordinate")
+    low: float = setting("smallest command")
+    high: float = setting("largest command")
+    fallback: float = setting("command if an input is not sound")
+
+
+class Policy(_PolicyTable):
+    """Policy from observations to commands."""
+
+    format: Format = setting("version of the file format", FORMAT)
+    step: Positive = setting(
+        "time between two ticks, in s; velocities in the observation are multiplied by it"
+    )
+    inputs: Annotated[tuple[Part, ...], Listed] = setting("parts of the observation", kind="input")
+    mean: Vector = setting("means of the observation, shape (k,)")
+    sd: Vector = setting("standard deviations of the observation, shape (k,)")
+    max_input: Positive = setting(
+        "largest sound normalised input; beyond it, the outputs are the fallback", 100.0
+    )
+    layers: Annotated[tuple[Layer, ...], Listed] = setting(
+        "layers; the last one computes actions from -1 to 1"
+    )
+    map: Literal["range", "sigmoid"] = setting(
+        "map from actions to commands, see `cardsflow_fmu.gym.actions.Actions`"
+    )
+    outputs: Annotated[tuple[Output, ...], Listed] = setting("muscles and motors")
+
+    @model_validator(mode="after")
+    def _check_sizes(self) -> Self:
+        if self.sd.shape != self.mean.shape or not (self.sd > 0).all():
+            raise SettingError("sd must be positive and have the size of mean")
+        size = self.mean.size
+        for k, layer in enumerate(self.layers):
+            rows, columns = layer.weights.shape
+            if columns != size or layer.bias.shape != (rows,):
+                raise SettingError(
+                    f"layer {k}: weights have shape {layer.weights.shape} and bias "
+                    f"{layer.bias.shape}, but the layer has {size} inputs"
+                )
+            size = rows
+        if not self.layers or size != len(self.outputs):
+            problem = f"the last layer has {size} outputs, but {len(self.outputs)} are named"
+            raise SettingError(problem)
+        if len({output.name for output in self.outputs}) != len(self.outputs):
+            raise SettingError("outputs must have different names")
+        for output in self.outputs:
+            if not output.low <= output.fallback <= output.high:
+                raise SettingError(f"output {output.name!r} must have low <= fallback <= high")
+        return self
 
     def numbers(self, robot: Robot, space: Space) -> FloatArray:
         """Return the numbers of the policy for the C library; see `policy_open` in policy.h.
@@ -83,22 +121,28 @@ class Policy:
         """
         columns = activation_inputs(robot)
         self._require_inputs(robot, space, len(columns))
-        sizes = [self.mean.size, len(self.outputs), len(self.layers), len(self.parts), len(columns)]
+        sizes = [
+            self.mean.size,
+            len(self.outputs),
+            len(self.layers),
+            len(self.inputs),
+            len(columns),
+        ]
         settings = [self.step, self.max_input, float(self.map == "sigmoid")]
-        targets = [number for name in self.outputs for number in _target(robot, name)]
+        targets = [number for output in self.outputs for number in _target(robot, output.name)]
         network = [
             number
             for layer in self.layers
             for number in (
                 *layer.weights.shape,
-                ACTIVATIONS.index(layer.activation),
+                get_args(Activation).index(layer.activation),
                 *layer.weights.reshape(-1),
                 *layer.bias,
             )
         ]
-        parts = [PARTS.index(part) for part in self.parts]
+        parts = [get_args(Part).index(part) for part in self.inputs]
         normal = [*self.mean, *(1.0 / self.sd)]
-        ends = [*self.low, *self.high, *self.fallback]
+        ends = [getattr(o, key) for key in ("low", "high", "fallback") for o in self.outputs]
         return np.array([*sizes, *settings, *parts, *columns, *targets, *normal, *network, *ends])
 
     def _require_inputs(self, robot: Robot, space: Space, activations: int) -> None:
@@ -107,13 +151,13 @@ class Policy:
         sizes = {"q": n, "qd": n, "error": followed, "rate": followed, "activations": activations}
         if space == "operational":
             sizes["y"] = k
-        for part in self.parts:
+        for part in self.inputs:
             if part not in sizes:
                 raise InputError(f"input {part!r} needs a reference in operational space")
-        expected = sum(sizes[part] for part in self.parts)
+        expected = sum(sizes[part] for part in self.inputs)
         if expected != self.mean.size:
             raise InputError(
-                f"has {self.mean.size} inputs, but {', '.join(self.parts)} of this robot with a "
+                f"has {self.mean.size} inputs, but {', '.join(self.inputs)} of this robot with a "
                 f"reference in {space} space have {expected}"
             )
 
@@ -139,34 +183,8 @@ def _target(robot: Robot, name: str) -> tuple[int, int]:
 
 def write_policy(policy: Policy, file: Path) -> Path:
     """Write a policy as JSON."""
-    data = {
-        "format": FORMAT,
-        "step": policy.step,
-        "inputs": list(policy.parts),
-        "mean": policy.mean.tolist(),
-        "sd": policy.sd.tolist(),
-        "max_input": policy.max_input,
-        "layers": [
-            {
-                "activation": layer.activation,
-                "weights": layer.weights.tolist(),
-                "bias": layer.bias.tolist(),
-            }
-            for layer in policy.layers
-        ],
-        "map": policy.map,
-        "outputs": [
-            {"name": name, "low": low, "high": high, "fallback": fallback}
-            for name, low, high, fallback in zip(
-                policy.outputs,
-                policy.low.tolist(),
-                policy.high.tolist(),
-                policy.fallback.tolist(),
-                strict=True,
-            )
-        ],
-    }
-    return write_files(file.parent, {file.name: json_text(data, indent=1) + "\n"})[0]
+    text = json_text(policy.model_dump(), indent=1) + "\n"
+    return write_files(file.parent, {file.name: text})[0]
 
 
 def read_policy(file: Path) -> Policy:
@@ -178,83 +196,4 @@ def read_policy(file: Path) -> Policy:
     data = read_settings(file)
     if data.get("format") != FORMAT:
         raise InputError(f"is not a policy: its format must be {FORMAT!r}", file=file)
-    try:
-        return make_policy(data)
-    except InputError as error:
-        error.file = file
-        raise
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(f"is not a valid policy: {error!r}", file=file) from None
-
-
-def make_policy(data: dict[str, Any]) -> Policy:
-    """Return a policy from plain data, as in a file.
-
-    Raises:
-        InputError: A value is invalid.
-    """
-    outputs = data["outputs"]
-    policy = Policy(
-        float(data["step"]),
-        tuple(map(str, data["inputs"])),
-        _array("mean", data["mean"], 1),
-        _array("sd", data["sd"], 1),
-        float(data.get("max_input", 100.0)),
-        tuple(
-            Layer(
-                _array("weights", one["weights"], 2),
-                _array("bias", one["bias"], 1),
-                str(one["activation"]),
-            )
-            for one in data["layers"]
-        ),
-        str(data["map"]),
-        tuple(str(one["name"]) for one in outputs),
-        *(_array(key, [one[key] for one in outputs], 1) for key in ("low", "high", "fallback")),
-    )
-    _check(policy)
-    return policy
-
-
-def _array(label: str, values: Any, dimensions: int) -> FloatArray:
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{label} must be numbers in rows of equal length") from None
-    if array.ndim != dimensions or not array.size or not np.isfinite(array).all():
-        raise InputError(f"{label} must be finite numbers with {dimensions} dimensions")
-    return array
-
-
-def _check(policy: Policy) -> None:
-    """Check sizes and ranges."""
-    for part in policy.parts:
-        if part not in PARTS:
-            raise UnknownNameError("input", part, PARTS)
-    if policy.map not in MAPS:
-        raise UnknownNameError("map", policy.map, MAPS)
-    if not (policy.step > 0 and math.isfinite(policy.step)):
-        raise InputError(f"step must be a positive time in s, not {policy.step}")
-    if not policy.max_input > 0:
-        raise InputError(f"max_input must be positive, not {policy.max_input}")
-    if policy.sd.shape != policy.mean.shape or not (policy.sd > 0).all():
-        raise InputError("sd must be positive and have the size of mean")
-    size = policy.mean.size
-    for k, layer in enumerate(policy.layers):
-        if layer.activation not in ACTIVATIONS:
-            raise UnknownNameError("activation", layer.activation, ACTIVATIONS)
-        rows, columns = layer.weights.shape
-        if columns != size or layer.bias.shape != (rows,):
-            raise InputError(
-                f"layer {k}: weights have shape {layer.weights.shape} and bias "
-                f"{layer.bias.shape}, but the layer has {size} inputs"
-            )
-        size = rows
-    if not policy.layers or size != len(policy.outputs):
-        raise InputError(f"the last layer has {size} outputs, but {len(policy.outputs)} are named")
-    if len({*policy.outputs}) != len(policy.outputs):
-        raise InputError("outputs must have different names")
-    inside = (policy.low <= policy.fallback) & (policy.fallback <= policy.high)
-    if not inside.all():
-        name = policy.outputs[int(np.argmin(inside))]
-        raise InputError(f"output {name!r} must have low <= fallback <= high")
+    return Policy.read(data, Context(file))

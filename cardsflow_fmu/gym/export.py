@@ -10,7 +10,7 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.policy import Policy, make_policy, read_policy, write_policy
+from cardsflow_fmu.experiment.policy import Policy, read_policy, write_policy
 from cardsflow_fmu.simulation.build import build_fmus
 from cardsflow_fmu.utils.folder_lock import create_new_folder
 
@@ -67,23 +67,23 @@ def export_policy(
     parts = ("q", "qd", *task.layout, *(("activations",) if has_activations else ()))
     names, low, high, rest = actions.ranges()
     functions = [activation] * (len(pairs) - 1) + [last]
-    policy = make_policy(
-        {
-            "step": batch.step_size,
-            "inputs": parts,
-            "mean": np.zeros(size) if mean is None else mean,
-            "sd": np.ones(size) if sd is None else np.maximum(np.asarray(sd), MIN_SD),
-            "max_input": max_input,
-            "layers": [
-                {"weights": weights, "bias": bias, "activation": function}
-                for (weights, bias), function in zip(pairs, functions, strict=True)
-            ],
-            "map": "sigmoid" if actions.is_sigmoid else "range",
-            "outputs": [
-                {"name": name, "low": a, "high": b, "fallback": c}
-                for name, a, b, c in zip(names, low, high, rest, strict=True)
-            ],
-        }
+    stack: Any = [
+        {"weights": weights, "bias": bias, "activation": function}
+        for (weights, bias), function in zip(pairs, functions, strict=True)
+    ]
+    outputs: Any = [
+        {"name": name, "low": a, "high": b, "fallback": c}
+        for name, a, b, c in zip(names, low, high, rest, strict=True)
+    ]
+    policy = Policy(
+        step=batch.step_size,
+        inputs=parts,
+        mean=np.zeros(size) if mean is None else mean,
+        sd=np.ones(size) if sd is None else np.maximum(np.asarray(sd), MIN_SD),
+        max_input=max_input,
+        layers=stack,
+        map="sigmoid" if actions.is_sigmoid else "range",
+        outputs=outputs,
     )
     policy.numbers(episodes.setup.robot, task.space)  # checks the sizes
     write_policy(policy, Path(file))

@@ -31,6 +31,12 @@ def actions_of(policy: Policy, observation: np.ndarray) -> np.ndarray:
     return np.clip(x, -1.0, 1.0)
 
 
+def ranges(policy: Policy) -> list[np.ndarray]:
+    """Return the smallest commands, the largest commands, and the fallback."""
+    keys = ("low", "high", "fallback")
+    return [np.array([getattr(output, key) for output in policy.outputs]) for key in keys]
+
+
 def random_network(sizes: list[int]) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return weights and biases of layers with the given numbers of inputs and outputs."""
     rng = np.random.default_rng(0)
