@@ -12,8 +12,6 @@ f' = (f_d - f)/T, solved in closed form over a step.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
@@ -24,15 +22,38 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import SpringMotors
 
 
-class Drive(Protocol):
-    """Interface of a model of the motors of m muscles.
+class Drive:
+    """Model of the motors of m muscles.
+
+    Raises:
+        InputError: A constant is out of range; the message names the muscle.
 
     Attributes:
-        lower, upper: Bounds of the commands, shape (m,).
+        lower, upper: Bounds of the commands, shape (m,). They are infinite for motors with springs,
+            since the forces are limited.
     """
 
-    lower: FloatArray
-    upper: FloatArray
+    def __init__(self, settings: MotorSettings, robot: Robot) -> None:
+        m = len(robot.muscles)
+        self.lower, self.upper = (bound[:m] for bound in actuator_bounds(robot))
+        self._springs: SpringMotors | None = None
+        if settings.command == "force":
+            return
+        radius = np.array(settings.spindle_radius or (1.0,) * m)
+        scale = np.array(settings.encoder_scale or (1.0,) * m)
+        self._springs = SpringMotors(
+            [muscle.name for muscle in robot.muscles],
+            settings.stiffness,
+            damping=settings.damping or 0.0,
+            spindle_radius=radius,
+        )
+        self._metres_per_unit = (-radius if settings.spindle_radius else 1.0) / scale
+        self._offset = np.array(settings.offset or (0.0,) * m)
+        self._uses_start_as_origin = settings.offset is None
+        self._uses_rates = settings.command == "velocity"
+        self._f_max = self.upper
+        self.upper = np.full(m, math.inf)
+        self.lower = -self.upper
 
     def calibrate(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
         """Initialise the motors with forces, and set the encoder origin if it is not specified.
@@ -42,112 +63,32 @@ class Drive(Protocol):
             rates: l' = L qd, shape (m,), in [m/s].
             forces: f, shape (m,), in [N].
         """
+        self.resume(lengths, rates, forces)
+        if self._springs is not None and self._uses_start_as_origin:
+            self._offset = self._set_points
 
     def resume(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Initialise the motors with the forces of the safe state; arguments as for `calibrate`."""
+        """Set the set point of each spring so that the spring has the given force."""
+        if self._springs is not None:
+            self._set_points = self._springs.set_points(lengths, rates, forces)
 
     def tensions(
         self, command: FloatArray, lengths: FloatArray, rates: FloatArray, dt: float
     ) -> FloatArray:
         """Return the tensions over the next dt, before the lag, shape (m,), in [N].
 
+        Set points of springs are those at the end of the time step.
+
         Args:
             command: Commands, shape (m,).
             dt: Time step, in [s].
         """
-
-
-class ForceDrive:
-    """Motors with ideal force control.
-
-    Args:
-        f_min, f_max: Force limits, shape (m,), in [N].
-
-    Attributes:
-        lower, upper: Force limits, shape (m,), in [N].
-    """
-
-    def __init__(self, f_min: FloatArray, f_max: FloatArray) -> None:
-        self.lower, self.upper = f_min, f_max
-
-    def calibrate(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Do nothing, since there is no encoder."""
-
-    def resume(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Do nothing, since there is no state."""
-
-    def tensions(
-        self, command: FloatArray, lengths: FloatArray, rates: FloatArray, dt: float
-    ) -> FloatArray:
-        """Return the commands, clipped to the force limits."""
-        bounded: FloatArray = np.clip(command, self.lower, self.upper)
-        return bounded
-
-
-class SpringDrive:
-    """Motors with springs in series; commands are set points l0 or their rates.
-
-    Args:
-        settings: Settings of the motors, whose command is a length or a velocity.
-        f_max: Maximum force of each motor, shape (m,), in [N].
-
-    Raises:
-        InputError: A constant is out of range; the message names the muscle.
-
-    Attributes:
-        lower, upper: Bounds of the commands. They are infinite, since the forces are limited.
-    """
-
-    def __init__(
-        self, settings: MotorSettings, muscle_names: Sequence[str], f_max: FloatArray
-    ) -> None:
-        m = len(muscle_names)
-        radius = np.array(settings.spindle_radius or (1.0,) * m)
-        scale = np.array(settings.encoder_scale or (1.0,) * m)
-        self._springs = SpringMotors(
-            muscle_names,
-            settings.stiffness,
-            damping=settings.damping or 0.0,
-            spindle_radius=radius,
-        )
-        self._metres_per_unit = (-radius if settings.spindle_radius else 1.0) / scale
-        self._offset = np.array(settings.offset or (0.0,) * m)
-        self._uses_start_as_origin = settings.offset is None
-        self._uses_rates = settings.command == "velocity"
-        self._f_max = f_max
-        self.upper = np.full(m, math.inf)
-        self.lower = -self.upper
-        self._set_points = np.zeros(m)
-
-    def calibrate(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Set the set points of the springs, and the encoder origin if it is not specified."""
-        self.resume(lengths, rates, forces)
-        if self._uses_start_as_origin:
-            self._offset = self._set_points
-
-    def resume(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> None:
-        """Set the set point of each spring so that the spring has the given force."""
-        self._set_points = self._springs.set_points(lengths, rates, forces)
-
-    def tensions(
-        self, command: FloatArray, lengths: FloatArray, rates: FloatArray, dt: float
-    ) -> FloatArray:
-        """Return the spring forces for the set points at the end of the time step."""
+        if self._springs is None:
+            within: FloatArray = np.clip(command, self.lower, self.upper)
+            return within
         commanded = self._metres_per_unit * command
         before = self._set_points
         self._set_points = before + commanded * dt if self._uses_rates else self._offset + commanded
         forces = self._springs.forces(lengths, rates, self._set_points)
         bounded: FloatArray = np.minimum(forces, self._f_max)
         return bounded
-
-
-def make_drive(settings: MotorSettings, robot: Robot) -> Drive:
-    """Return the motor models of a robot.
-
-    Raises:
-        InputError: A constant is out of range; the message names the muscle.
-    """
-    f_min, f_max = (bound[: len(robot.muscles)] for bound in actuator_bounds(robot))
-    if settings.command == "force":
-        return ForceDrive(f_min, f_max)
-    return SpringDrive(settings, [muscle.name for muscle in robot.muscles], f_max)

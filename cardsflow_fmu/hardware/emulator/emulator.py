@@ -21,7 +21,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.validation import named_vector, smallest_forces
 from sim_dart import Plant
 
-from .drives import Drive, make_drive
+from .drives import Drive
 from .failures import Failures, Measurement
 from .sensors import Sensors
 
@@ -40,7 +40,7 @@ class EmulatedRobot:
             robot.
         qd: Start velocities, shape (n,), in [rad/s] or [m/s], or None for zero.
         disturbance: External forces, or None.
-        motors: Settings or model of the motors, or None for ideal force control.
+        motors: Settings of the motors, or None for ideal force control.
         emulator: Motor lag, errors of the sensors, and failures; None for an ideal robot.
         has_positions: Whether joint positions and velocities are measured.
         has_lengths: Whether muscle lengths are measured.
@@ -66,7 +66,7 @@ class EmulatedRobot:
         q: Sequence[float] | None = None,
         qd: Sequence[float] | None = None,
         disturbance: DisturbanceSettings | None = None,
-        motors: MotorSettings | Drive | None = None,
+        motors: MotorSettings | None = None,
         emulator: EmulatorSettings | None = None,
         has_positions: bool = True,
         has_lengths: bool = True,
@@ -81,9 +81,7 @@ class EmulatedRobot:
         self._measured = (*2 * (has_positions,), has_lengths, *2 * (has_tensions,))
         self._start = (q, qd)
         self._disturbance = disturbance
-        if motors is None or isinstance(motors, MotorSettings):
-            motors = make_drive(motors or MotorSettings(), robot)
-        self.drive: Drive = motors
+        self.drive = Drive(motors or MotorSettings(), robot)
         lower, upper = actuator_bounds(robot)
         torques = lower[m:], upper[m:]
         self.bounds = (
