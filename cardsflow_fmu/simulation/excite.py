@@ -90,7 +90,14 @@ def excite(
         RobotError: The robot is invalid.
         CardsflowError: Every test run failed. No file is written.
     """
-    work = _Work(progress)
+    total = 1
+
+    def report(done: int, of_design: int) -> None:
+        nonlocal total
+        total = round(of_design / _DESIGN_SHARE)
+        if progress is not None:
+            progress(done, total)
+
     with create_new_folder(folder, "excitation"):
         movable, findings = read_movable(robot, cable_set, folder)
         search = DraftSearch(movable, Path(robot), cable_set)
@@ -109,12 +116,13 @@ def excite(
             parameters or DEFAULT_PARAMETERS,
             duration,
             speed,
-            progress=work.report_design,
+            progress=report,
         )
         design, draft, test_run = _largest_trackable_motion(
             search, first, islice(designed, _MAX_MOTIONS)
         )
-        work.report_end()
+        if progress is not None:
+            progress(total, total)
         text = describe_excitation(
             design, test_run, _next_commands(folder, robot, parameters or DEFAULT_PARAMETERS)
         )
@@ -126,27 +134,6 @@ def excite(
             REPORT: text + "\n",
         }
         return ExcitationFiles(write_files(folder, contents), text, findings)
-
-
-class _Work:
-    """Progress of the design, which is a share of the total work, and of the test runs."""
-
-    def __init__(self, progress: Callable[[int, int], None] | None) -> None:
-        self._progress = progress
-        self._total = 1
-
-    def report_design(self, done: int, total: int) -> None:
-        """Report completed steps of the design."""
-        self._total = round(total / _DESIGN_SHARE)
-        self._report(done)
-
-    def report_end(self) -> None:
-        """Report that all work is completed."""
-        self._report(self._total)
-
-    def _report(self, done: int) -> None:
-        if self._progress is not None:
-            self._progress(done, self._total)
 
 
 def _with_force_limits(robot: Robot, draft: ExperimentDraft) -> Robot:
