@@ -14,6 +14,7 @@ from ..robot.finding_builders import error, unknown, warning
 from ..robot.model.muscle import CableSet, Muscle, ViaPoint, Wrap, WrapSurface
 from ..robot.model.pose import Pose, Vector3
 from ..robot.model.robot import ANGLES, MARKERS, POSITIONS, WORLD, TaskFrame, TaskSet
+from ..robot.model.rotations import z_axis_rpy
 from ..robot.model.transform import IDENTITY, Transform, tidy
 from ..snapshot import WrapUse
 from .links.links import in_name_order
@@ -155,7 +156,7 @@ class _Muscles:
             return WrapSurface(row.name, row.link, "sphere", face.radius, Pose(centre))
         axis = self._T_link_world[row.link].rotate(face.axis)
         length = face.length if face.length > 0.0 else math.inf
-        pose = Pose(centre, _along(axis))
+        pose = Pose(centre, z_axis_rpy(axis))
         return WrapSurface(row.name, row.link, "cylinder", face.radius, pose, length)
 
     def _frames(self, rows: Sequence[PointRow]) -> Iterable[TaskFrame]:
@@ -173,9 +174,3 @@ class _Muscles:
                 turns = bool(axes) and axes[0] in ANGLES
                 position = IDENTITY.p if turns else self._local(row.link, row.position)
                 yield TaskFrame(row.name, row.link, position, axes)
-
-
-def _along(axis: Vector3) -> Vector3:
-    """Return roll, pitch and yaw of a frame whose z axis is along a vector."""
-    x, y, z = axis
-    return 0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x) if x or y else 0.0

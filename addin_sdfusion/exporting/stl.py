@@ -11,6 +11,7 @@ from array import array
 from collections.abc import Sequence
 
 from ..robot.errors import InputError
+from ..robot.model.rotations import cross, normalized, subtract
 
 HEADER = b"binary STL in metres, in the frame of the link".ljust(80)
 """Header without date and name, so that equal meshes result in equal files. It must not begin with
@@ -43,21 +44,8 @@ def stl_bytes(nodes: Sequence[float], triangles: Sequence[int]) -> bytes:
     for i, j, k in zip(indices, indices, indices, strict=True):
         a, b, c = corners[i], corners[j], corners[k]
         if a != b and b != c and c != a:
-            parts.append(_TRIANGLE.pack(*_normal(a, b, c), *a, *b, *c, 0))
+            normal = normalized(cross(subtract(b, a), subtract(c, a)))
+            parts.append(_TRIANGLE.pack(*normal, *a, *b, *c, 0))
     if len(parts) > _MAX_TRIANGLES:
         raise InputError(f"a mesh has more triangles than STL allows ({_MAX_TRIANGLES})")
     return b"".join((HEADER, _COUNT.pack(len(parts)), *parts))
-
-
-Corner = tuple[float, float, float]
-
-
-def _normal(a: Corner, b: Corner, c: Corner) -> Corner:
-    """Return the unit normal of a triangle; zero for a degenerate triangle."""
-    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    norm = math.hypot(x, y, z)
-    if norm == 0.0 or not math.isfinite(norm):
-        return 0.0, 0.0, 0.0
-    return x / norm, y / norm, z / norm

@@ -9,7 +9,7 @@ import math
 from typing import Any
 
 from ..robot.model.pose import Vector3
-from ..robot.model.rotations import cross, dot, normalized, subtract, transpose
+from ..robot.model.rotations import cross, dot, normalized, transpose
 from ..robot.model.transform import Transform
 
 CM = 0.01
@@ -81,16 +81,16 @@ def is_rigid(T: Transform) -> bool:
     return units and square and dot(x, cross(y, z)) > 0.0
 
 
-def distance(a: Vector3, b: Vector3) -> float:
-    """Return the distance of two points, in [m]."""
-    return math.hypot(*subtract(a, b))
-
-
 def near(a: Vector3, b: Vector3) -> bool:
     """Return whether two points coincide."""
-    return distance(a, b) <= NEAR
+    return math.dist(a, b) <= NEAR
+
+
+def chord(a: Vector3, b: Vector3) -> float:
+    """Return the chord length between two unit vectors without regard to their sign."""
+    return min(math.dist(a, b), math.dist(a, (-b[0], -b[1], -b[2])))
 
 
 def parallel(a: Vector3, b: Vector3) -> bool:
     """Return whether two unit vectors are parallel or antiparallel."""
-    return min(distance(a, b), distance(a, (-b[0], -b[1], -b[2]))) <= PARALLEL
+    return chord(a, b) <= PARALLEL

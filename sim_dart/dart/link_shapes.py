@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 
-import numpy as np
-
 from addin_sdfusion.robot import Link, Pose, Robot, UnknownNameError, Vector3
 from addin_sdfusion.robot.mesh_files import allowed_mesh_file
 from addin_sdfusion.robot.model.link_segments import link_segments
+from addin_sdfusion.robot.model.rotations import add, scale, subtract, z_axis_rpy
 from sim_dart.scene import Box, Capsule, Cylinder, LinkShape, MeshShape, Scene, Sphere
 
 
@@ -62,8 +61,4 @@ def _capsules(robot: Robot, link: Link, radius: float) -> Iterator[LinkShape]:
 
 def between(begin: Vector3, end: Vector3) -> Pose:
     """Return the pose in the middle of two points, with the z axis from the first to the second."""
-    direction = np.subtract(end, begin)
-    x, y, z = direction / np.linalg.norm(direction)
-    a, b, c = (0.5 * np.add(begin, end)).tolist()
-    # Rz(yaw) Ry(pitch) turns the z axis to (sin pitch cos yaw, sin pitch sin yaw, cos pitch)
-    return Pose((a, b, c), (0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)))
+    return Pose(scale(0.5, add(begin, end)), z_axis_rpy(subtract(end, begin)))

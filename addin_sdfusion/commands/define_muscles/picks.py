@@ -11,7 +11,7 @@ import adsk.core
 import adsk.fusion
 
 from ...fusion.occurrences import readable_occurrences
-from ...fusion.units import CM
+from ...fusion.units import CM, direction, position
 from ...muscles.mirror import Plane
 from ...robot.errors import InputError
 from ...robot.model.pose import Vector3, X
@@ -65,9 +65,9 @@ def picked_surface(entity: Any, entities: Entities) -> Pick:
     occurrence = entity.assemblyContext
     path = occurrence.fullPathName if occurrence else ""
     if isinstance(shape, adsk.core.Sphere):
-        face = SurfaceSnapshot(path, "sphere", shape.radius * CM, _metres(shape.origin))
+        face = SurfaceSnapshot(path, "sphere", shape.radius * CM, position(shape.origin))
     elif isinstance(shape, adsk.core.Cylinder):
-        axis, centre = _direction(shape.axis), _metres(shape.origin)
+        axis, centre = direction(shape.axis), position(shape.origin)
         face = SurfaceSnapshot(path, "cylinder", shape.radius * CM, centre, axis)
     else:
         raise InputError("Muscles can wrap only over cylinders and spheres; pick such a face.")
@@ -79,14 +79,14 @@ def picked_surface(entity: Any, entities: Entities) -> Pick:
 def _defined_position(entity: Any, use_centre: bool) -> Vector3 | None:
     """Return the position of a point or centre; None for a position on an edge or face."""
     if isinstance(entity, adsk.fusion.SketchPoint):
-        return _metres(entity.worldGeometry)
+        return position(entity.worldGeometry)
     if isinstance(entity, (adsk.fusion.BRepVertex, adsk.fusion.ConstructionPoint)):
-        return _metres(entity.geometry)
+        return position(entity.geometry)
     shape = getattr(entity, "geometry", None)
     if use_centre and isinstance(shape, (adsk.core.Circle3D, adsk.core.Arc3D)):
-        return _metres(shape.center)
+        return position(shape.center)
     if use_centre and isinstance(shape, (adsk.core.Sphere, adsk.core.Torus)):
-        return _metres(shape.origin)
+        return position(shape.origin)
     return None
 
 
@@ -103,7 +103,7 @@ def _clicked_position(entity: Any, click: Any) -> Vector3:
             "The picked entity does not define a point; pick a vertex, circle, sketch point, "
             "construction point, sphere or torus, or click on an edge or face."
         )
-    clicked, corners = _metres(click), (_metres(box.minPoint), _metres(box.maxPoint))
+    clicked, corners = position(click), (position(box.minPoint), position(box.maxPoint))
     place = _nearest(entity.geometry, clicked)
     is_in_box = all(
         low - _CLICK <= at <= high + _CLICK
@@ -121,17 +121,17 @@ def _clicked_position(entity: Any, click: Any) -> Vector3:
 def _nearest(shape: Any, place: Vector3) -> Vector3:
     """Return the nearest position on a plane, cylinder, sphere or line; else the same position."""
     if isinstance(shape, adsk.core.Plane):
-        origin, normal = _metres(shape.origin), _direction(shape.normal)
+        origin, normal = position(shape.origin), direction(shape.normal)
         return add(origin, perpendicular(subtract(place, origin), normal))
     if isinstance(shape, adsk.core.Line3D):
-        start, end = _metres(shape.startPoint), _metres(shape.endPoint)
+        start, end = position(shape.startPoint), position(shape.endPoint)
         line = normalized(subtract(end, start))
         return subtract(place, perpendicular(subtract(place, start), line))
     if not isinstance(shape, (adsk.core.Cylinder, adsk.core.Sphere)):
         return place
-    across = subtract(place, _metres(shape.origin))
+    across = subtract(place, position(shape.origin))
     if isinstance(shape, adsk.core.Cylinder):
-        across = perpendicular(across, _direction(shape.axis))
+        across = perpendicular(across, direction(shape.axis))
     outward = normalized(across) if any(across) else X  # all directions are equal
     return add(subtract(place, across), scale(shape.radius * CM, outward))
 
@@ -159,10 +159,10 @@ def _has_place(shape: Any, surface: SurfaceSnapshot) -> bool:
     kind = adsk.core.Sphere if surface.shape == "sphere" else adsk.core.Cylinder
     if not isinstance(shape, kind) or abs(shape.radius * CM - surface.radius) > _SAME:
         return False
-    apart = subtract(_metres(shape.origin), surface.centre)
+    apart = subtract(position(shape.origin), surface.centre)
     if surface.shape == "sphere":
         return math.hypot(*apart) <= _SAME
-    axis = _direction(shape.axis)
+    axis = direction(shape.axis)
     parallel = math.hypot(*cross(axis, surface.axis)) <= _SAME_DIRECTION
     return parallel and math.hypot(*cross(apart, surface.axis)) <= _SAME
 
@@ -170,7 +170,7 @@ def _has_place(shape: Any, surface: SurfaceSnapshot) -> bool:
 def plane(entity: Any) -> Plane:
     """Return the plane of a flat face or construction plane, in the root frame."""
     shape = entity.geometry
-    return Plane(_metres(shape.origin), _direction(shape.normal))
+    return Plane(position(shape.origin), direction(shape.normal))
 
 
 def is_on_body(entity: Any) -> bool:
@@ -189,11 +189,3 @@ def problem_of(entity: Any, occurrence: Any) -> str:
             )
         occurrence = occurrence.assemblyContext
     return ""
-
-
-def _metres(p: Any) -> Vector3:
-    return p.x * CM, p.y * CM, p.z * CM
-
-
-def _direction(v: Any) -> Vector3:
-    return v.x, v.y, v.z

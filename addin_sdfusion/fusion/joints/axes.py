@@ -22,7 +22,7 @@ from ...robot.model.rotations import (
     transpose,
 )
 from ...snapshot import MotionSnapshot
-from ..units import PARALLEL, distance, parallel
+from ..units import PARALLEL, chord, parallel
 from .frames import JointFrames
 from .motions import CUSTOM, reversed_axis
 
@@ -82,8 +82,8 @@ def ball_axes(
         return read, True
     if yaw_along != CUSTOM and frames.two is not None:
         axis = frames.two.axis(yaw_along)
-        nearest = min((read, carried), key=lambda m: _angle(m[1].axis, axis) + _roll_error(m))
-        if _angle(nearest[1].axis, axis) <= _MAX_ROUNDING:
+        nearest = min((read, carried), key=lambda m: chord(m[1].axis, axis) + _roll_error(m))
+        if chord(nearest[1].axis, axis) <= _MAX_ROUNDING:
             return _on_geometry(nearest, axis), True
     for misses in (_pose_error(frames), _roll_error):
         first, second = misses(read), misses(carried)
@@ -104,7 +104,7 @@ def _on_geometry(motions: Motions, axis: Vector3) -> Motions:
     pitch, yaw, roll = motions
     yaw = replace(yaw, axis=_along(axis, yaw.axis))
     square = normalized(cross(pitch.axis, yaw.axis))
-    if _angle(square, roll.axis) <= _MAX_ROUNDING:
+    if chord(square, roll.axis) <= _MAX_ROUNDING:
         roll = replace(roll, axis=_along(square, roll.axis))
     return pitch, yaw, roll
 
@@ -112,11 +112,6 @@ def _on_geometry(motions: Motions, axis: Vector3) -> Motions:
 def _along(axis: Vector3, other: Vector3) -> Vector3:
     """Return the axis or its negative, whichever is closer to the other."""
     return axis if dot(axis, other) >= 0.0 else reversed_axis(axis)
-
-
-def _angle(a: Vector3, b: Vector3) -> float:
-    """Return the chord length between two axes without regard to their sign."""
-    return min(distance(a, b), distance(a, reversed_axis(b)))
 
 
 def _pose_error(frames: JointFrames) -> Callable[[Motions], float]:
@@ -128,7 +123,7 @@ def _pose_error(frames: JointFrames) -> Callable[[Motions], float]:
 
 def _roll_error(motions: Motions) -> float:
     pitch, yaw, roll = (motion.axis for motion in motions)
-    return _angle(roll, cross(pitch, yaw))
+    return chord(roll, cross(pitch, yaw))
 
 
 def _product(motions: Motions) -> Matrix3:

@@ -9,6 +9,7 @@ occurrence of the component that contains the joint.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
@@ -21,7 +22,7 @@ from ...robot.model.rotations import add
 from ...robot.model.transform import Transform
 from ..notes import optional
 from ..occurrences import Occurrence
-from ..units import NEAR, axes_frame, distance, frame, length, position
+from ..units import NEAR, axes_frame, frame, length, position
 
 _EQUAL = 1e-9
 
@@ -75,7 +76,7 @@ def joint_frames(joint: Any, place: Place, reach: float) -> JointFrames:
         optional(lambda: _geometry(joint.geometryOrOriginTwo, place.two, place)),
     )
     one, two = (t or g for t, g in zip(transforms, geometry, strict=True))
-    apart = 0.0 if one is None or two is None else distance(one.p, two.p)
+    apart = 0.0 if one is None or two is None else math.dist(one.p, two.p)
     return JointFrames(one, two, apart if apart > reach + NEAR else 0.0)
 
 
@@ -103,7 +104,7 @@ def _transform_in_root(joint: Any, read: Callable[[Any], Any], place: Place) -> 
 def _equal(a: Transform, b: Transform) -> bool:
     """Return whether two transforms are equal up to rounding."""
     pairs = zip((*a.R, a.p), (*b.R, b.p), strict=True)
-    return all(distance(u, v) <= _EQUAL for u, v in pairs)
+    return all(math.dist(u, v) <= _EQUAL for u, v in pairs)
 
 
 def _consistent_frames(one: Transform, two: Transform, place: Place, reach: float) -> JointFrames:
@@ -116,9 +117,9 @@ def _consistent_frames(one: Transform, two: Transform, place: Place, reach: floa
     twos = (two, place.two.T.compose(two))
     # First assume that both sides are given in the same kind of frame.
     for a, b in (*zip(ones, twos, strict=True), *product(ones, twos)):
-        if distance(a.p, b.p) <= reach + NEAR:
+        if math.dist(a.p, b.p) <= reach + NEAR:
             return JointFrames(a, b)
-    return JointFrames(one, two, distance(one.p, two.p))
+    return JointFrames(one, two, math.dist(one.p, two.p))
 
 
 def _transform(matrix: Any) -> Transform | None:

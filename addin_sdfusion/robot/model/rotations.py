@@ -61,6 +61,14 @@ def rpy(R: Matrix3) -> Vector3:
     return roll, pitch, yaw
 
 
+def z_axis_rpy(axis: Vector3) -> Vector3:
+    """Return roll, pitch and yaw of a frame whose z axis is along a vector, in [rad]."""
+    x, y, z = (
+        axis  # Rz(yaw) Ry(pitch) rotates z to (sin pitch cos yaw, sin pitch sin yaw, cos pitch)
+    )
+    return 0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x) if x or y else 0.0
+
+
 def transpose(A: Matrix3) -> Matrix3:
     """Return Aᵀ, the inverse of a rotation."""
     (a, b, c), (d, e, f), (g, h, i) = A

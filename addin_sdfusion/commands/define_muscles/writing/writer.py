@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ....fusion.handles import Handles
-from ....fusion.units import CM
+from ....fusion.units import position
 from ....muscles.attributes import (
     GROUP,
     MUSCLES,
@@ -249,7 +249,7 @@ class Writer:
     def _require_position(self, point: Any, occurrence: Any, row: PointRow) -> Any:
         """Return the point if it has the desired position, which detects a wrong frame."""
         seen = point.createForAssemblyContext(occurrence) if occurrence else point
-        place = seen.geometry.x * CM, seen.geometry.y * CM, seen.geometry.z * CM
+        place = position(seen.geometry)
         if math.dist(place, row.position) > TOLERANCE:
             apart = 1000 * math.dist(place, row.position)
             raise InputError(f"Fusion created it {apart:.3g} mm away from its position")
