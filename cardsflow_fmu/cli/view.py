@@ -219,8 +219,8 @@ def _live_view(
         view.announce(server.address, browser=not options.no_browser, report=_print_line)
 
         def replay(result: Result) -> None:
-            server.replace(replay_page([view.act_of(result)]))
             with collect_interrupts() as received:
+                server.replace(replay_page([view.act_of(result)]))
                 view.wait_for_interrupt(received)
 
         stage = act.stage

@@ -109,16 +109,15 @@ class FramedLink(ABC):
             raise
 
     def _agree(self, handshake: Handshake) -> None:
-        """Repeat the HELLO until the device accepts the run."""
+        """Repeat the HELLO, a number of times, so that a pause of this process is no timeout."""
         run_id = secrets.randbelow(0xFFFFFFFF) + 1
-        end = self.clock.monotonic() + self._timeout
         is_busy = False
-        while self.clock.monotonic() < end:
+        for _ in range(math.ceil(self._timeout / _HELLO_PERIOD)):
             flags = _LOCKSTEP if handshake.lockstep else 0
             sent = self.clock.monotonic_ns()
             frame = Frame(Kind.HELLO, flags, run_id, 0, 0.0, sent, 0, handshake.values())
             self._send(pack(frame, self._pre_shared.pre_shared))
-            until = min(self.clock.monotonic() + _HELLO_PERIOD, end)
+            until = self.clock.monotonic() + _HELLO_PERIOD
             while (answer := self._next_frame(self._pre_shared, run_id, until)) is not None:
                 if answer.kind is Kind.HELLO_ACK:
                     self._begin(handshake, answer)
