@@ -26,7 +26,13 @@ from support.documents import ROOT, Block, blocks
 MAX_WAIT = 1200.0
 """Of a block, in [s]."""
 _WATCHDOG = "--watchdog 60000"
-_PATIENT = "--set hardware.max_missed=100000 --set hardware.watchdog=60 --set run.accept=any"
+_PATIENT = " ".join(
+    f"--set {setting}"
+    for setting in (
+        *("hardware.max_missed=100000", "hardware.watchdog=60", "hardware.timeout=60"),
+        *("hardware.position_margin=1000", "run.accept=any"),
+    )
+)
 """What lets a run and its device continue where either side has to wait for a busy machine."""
 
 _ENVIRONMENT = {

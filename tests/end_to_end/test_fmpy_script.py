@@ -101,6 +101,7 @@ def test_same_script_runs_hardware(device: str, tmp_path: Path) -> None:
     """In lockstep, hardware is a simulation that is connected by a socket."""
     simulated = Experiment.load(PLANAR_2R, SHORT)
     lockstep = SHORT | {"hardware.mode": "lockstep", "hardware.ramp_in": 0.0}
+    lockstep["hardware.timeout"] = 60.0
     build(Experiment.load(PLANAR_2R, lockstep), tmp_path)
     rows = cosimulated(tmp_path, "hardware", CARDSFLOW_HARDWARE_LINK=device)
     require_equal(rows, simulate(simulated))

@@ -137,6 +137,12 @@ class Page:
             time.sleep(0.05)
         return time.perf_counter() - begin
 
+    def show_changes(self) -> None:
+        """Wait until the page shows the last change."""
+        self.evaluate(
+            "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+        )
+
     def click(self, selector: str) -> None:
         """Click the centre of an element with the mouse."""
         x, y = self.evaluate(

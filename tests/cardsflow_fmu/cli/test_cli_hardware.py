@@ -18,7 +18,8 @@ import numpy as np
 import pytest
 from support.command_line import CommandLine
 from support.experiments import copy_arm
-from support.robots.robots import EXAMPLES, PLANAR_2R
+from support.hardware.hardware_devices import rejection
+from support.robots.robots import EXAMPLES, HELD, PLANAR_2R
 
 from addin_sdfusion.robot import write_sdf
 from addin_sdfusion.robot.formats.read import read
@@ -38,7 +39,7 @@ FREE = ["--listen", "udp://127.0.0.1:0"]
 ARM, ROBOT = str(PLANAR_2R), str(PLANAR_2R / "robot")
 SECONDS = 300
 SETTINGS = {"run.duration": 0.25, "hardware.ramp_in": 0.0, "hardware.ramp_down": 0.0}
-LOCKSTEP = {"hardware.use": True, "hardware.mode": "lockstep"}
+LOCKSTEP = {"hardware.use": True, "hardware.mode": "lockstep", "hardware.timeout": SECONDS}
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
@@ -152,16 +153,16 @@ class Line:
     """Link in real time that sends commands of 12 N every 2 ms."""
 
     def __init__(
-        self, uri: str, recorded: Path, key: bytes | None = None, timeout: float = 2.0
+        self, uri: str, recorded: Path, key: bytes | None = None, timeout: float = SECONDS
     ) -> None:
         header = read_recording(recorded).header
         self._link = UdpLink(uri, key=key, timeout=timeout)
-        self._handshake = Handshake(
+        self.handshake = Handshake(
             header.signature, 2e-3, 1.0, 10.0, header.commands, header.states, lockstep=False
         )
 
     def __enter__(self) -> Line:
-        self._link.open(self._handshake)
+        self._link.open(self.handshake)
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -229,11 +230,12 @@ def test_public_device_without_a_key_prints_a_warning(
 @pytest.mark.slow
 def test_run_with_transmission_faults_ends_with_a_clear_status() -> None:
     table = "{loss=0.05, jitter=5e-4, duplicate=0.1, reorder=0.05, corrupt=0.05, seed=3}"
-    words = ("--set", f"hardware.emulator={table}", "--watchdog", "500")
+    patient = HELD | {"hardware.watchdog": SECONDS, "hardware.max_missed": 100_000}
+    words = [word for key, value in patient.items() for word in ("--set", f"{key}={value}")]
+    words += ["--set", f"hardware.emulator={table}"]
     with serve_device("device", ARM, *words) as device:
-        changes = {"hardware.link": device.uri, "hardware.watchdog": 0.5, "hardware.use": True}
-        result = simulate(experiment(**changes, **{"hardware.max_missed": 100}), coupling="direct")
-        assert result.complete
+        changes = patient | {"hardware.link": device.uri, "hardware.use": True}
+        assert simulate(experiment(**changes), coupling="direct").complete
         assert device.end() == 0
     faults = device.totals["faults"]
     assert all(faults["inward"][key] > 0 for key in ("lost", "duplicated", "damaged", "delivered"))
@@ -252,8 +254,7 @@ def test_device_emulates_a_robot_with_motors_and_sensors(recorded: Path, tmp_pat
         with Line(device.uri, recorded) as line:
             line.exchange(10)
             counts = line.state[[0, 1, 4, 5, 6, 7]] * 1000
-            with pytest.raises(HardwareError, match="another run uses it"):
-                Line(device.uri, recorded, timeout=1.0).__enter__()
+            assert "another run uses it" in rejection(device.uri, line.handshake)
             assert line.exchange(2) & Flag.SAFE == 0
         assert device.end() == 0
     np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)

@@ -24,10 +24,12 @@ from support.hardware.hardware_devices import (
     STEP,
     handshake,
     make_device,
+    rejection,
     robot_of,
     served,
 )
 from support.hardware.hardware_fuzz import FRAMES, bad_frames
+from support.process_output import wait_until
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.settings.hardware import Faults
@@ -242,8 +244,7 @@ def test_a_second_sender_is_rejected_and_the_run_continues() -> None:
     with served(device) as uri, UdpLink(uri) as link:
         link.open(handshake(watchdog=10.0))
         pull(link)
-        with pytest.raises(HardwareError, match="another run uses it"):
-            UdpLink(uri, timeout=1.0).open(handshake())
+        assert "another run uses it" in rejection(uri, handshake())
         assert pull(link).seq == 2
         assert device.run_id == link.run_id
 
@@ -273,7 +274,7 @@ def test_a_device_that_restarts_during_a_run_needs_a_new_handshake() -> None:
         assert pull(link, within=0.05).state is None
         assert not link.stop()
         assert fresh.state == "idle"
-        assert fresh.counters["run"] > 0
+        assert wait_until(lambda: fresh.counters["run"] > 0)
         assert not robot_of(fresh).given
         link.open(request)
         assert pull(link).seq == 1
@@ -673,11 +674,12 @@ def test_a_full_serial_line_does_not_block() -> None:
     unstuffer, found = Unstuffer(MAX_BYTES), list[bytes]()
     while select.select([ours], (), (), 0.1)[0]:
         found += unstuffer.take(os.read(ours, 4096))
-    link._send(frame)
-    time.sleep(0.01)
-    found += unstuffer.take(os.read(ours, 4096))
-    assert found[-1] == frame
-    for stump in set(found) - {frame}:  # the length or the checksum is wrong
+    last = pack(Frame(Kind.PING, 0, 1, 2, 0.0, 0, 0, np.ones(100)))
+    link._send(last)
+    while found[-1] != last:
+        assert select.select([ours], (), (), SOON)[0]
+        found += unstuffer.take(os.read(ours, 4096))
+    for stump in set(found) - {frame, last}:  # the length or the checksum is wrong
         with pytest.raises(FrameError):
             unpack(stump)
     link.close()

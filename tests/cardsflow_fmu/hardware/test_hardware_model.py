@@ -27,6 +27,7 @@ from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import Flag
 from cardsflow_fmu.hardware.protocol.handshake import Handshake
 from cardsflow_fmu.hardware.session import connect as connect
+from cardsflow_fmu.hardware.session import session as sessions
 from cardsflow_fmu.hardware.session.safety import TripError
 from cardsflow_fmu.hardware.session.session import (
     HOLDING,
@@ -61,6 +62,7 @@ def devices(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Device]]:
         return made[-1]
 
     monkeypatch.setattr(connect, "emulated_device", make)
+    monkeypatch.setattr(sessions, "_MAX_RAMP_DELAY", 60.0)  # a pause does not shorten a ramp
     yield made
     gc.collect()
     assert all(device.state in ("idle", "safe") for device in made)
@@ -341,7 +343,10 @@ def test_in_real_time_a_step_is_paced(devices: list[Device]) -> None:
 
 
 class SilentLink:
-    """Link that answers as the test specifies: True for a state, False for no state."""
+    """Link that answers as the test specifies: True for a state, False for no state.
+
+    It is also the clock of its session.
+    """
 
     def __init__(self, answers: list[bool], flags: int = 0) -> None:
         self.run_id, self.counters = 1, {}
@@ -350,13 +355,23 @@ class SilentLink:
         self.commands: list[np.ndarray] = []
         self.is_open = False
         self.stops = 0
+        self.now = 1000.0
         self._answers, self._flags = iter(answers), flags
+
+    def monotonic(self) -> float:
+        return self.now
+
+    def monotonic_ns(self) -> int:
+        return round(1e9 * self.now)
+
+    def sleep(self, seconds: float, /) -> None:
+        self.now += seconds
 
     def open(self, handshake: Handshake) -> None:
         self.is_open, self.agreed = True, handshake.with_watchdog(0.015)
 
     def exchange(self, t: float, command: np.ndarray, deadline: float) -> Exchange:
-        assert deadline - time.monotonic() < 2.0
+        assert deadline - self.now < 2.0
         self.commands.append(command.copy())
         if next(self._answers, False):
             return Exchange(self.start_state, len(self.commands), 0.0, 1e-4, self._flags)
@@ -373,7 +388,7 @@ class SilentLink:
 def session(link: SilentLink, settings: dict[str, Any] | None = None) -> HardwareSession:
     made = experiment({"hardware.mode": "realtime", "hardware.max_missed": 3} | (settings or {}))
     handshake = Handshake(1, 1e-3, 1.0, 0.02, 4, 12, lockstep=not made.hardware.is_paced)
-    one = HardwareSession(made.robot, made.hardware, link, handshake)
+    one = HardwareSession(made.robot, made.hardware, link, handshake, clock=link)
     one.open()
     return one
 

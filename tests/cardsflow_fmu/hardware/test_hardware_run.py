@@ -21,7 +21,7 @@ import pytest
 from support.command_line import CommandLine
 from support.experiments import resource_bytes, write_resources
 from support.process_output import wait_until
-from support.robots.robots import EXAMPLES, PLANAR_2R
+from support.robots.robots import EXAMPLES, HELD, PLANAR_2R
 from support.ssp_runs import simulate_system
 
 from addin_sdfusion.robot import InputError
@@ -457,7 +457,7 @@ def test_an_external_fmu_may_replace_the_hardware(tmp_path: Path) -> None:
 @pytest.fixture
 def served() -> Iterator[DeviceServer]:
     """Serve a device in a thread of this process; return its address."""
-    made = load({"hardware.watchdog": 60.0})
+    made = load(HELD | {"hardware.watchdog": 60.0})
     device = emulated_device(made, made.hardware)
     over = threading.Event()
     with DeviceServer(device, "udp://127.0.0.1:0") as server:
@@ -515,9 +515,10 @@ def test_every_end_of_a_run_is_in_the_safe_state(
     served: DeviceServer, tmp_path: Path, host: str, signal_: signal.Signals
 ) -> None:
     out = tmp_path / "out"
-    watchdog = 0.5 if signal_ == signal.SIGKILL else 60.0
+    watchdog = 5.0 if signal_ == signal.SIGKILL else 60.0
     settings = words(
-        {
+        HELD
+        | {
             "hardware.ramp_down": 0.1,
             "hardware.max_missed": 100_000,
             "hardware.watchdog": watchdog,
@@ -539,7 +540,7 @@ def test_every_end_of_a_run_is_in_the_safe_state(
         return
     assert process.returncode == 130
     assert error == "cardsflow: interrupted\n"
-    assert device.counters["stops"] == 1
+    assert device.counters["stops"] > 0
     assert device.counters["watchdog"] == 0
     summary = json.loads((out / "summary.json").read_text())
     assert (summary["status"], summary["error"]) == ("incomplete", "interrupted")

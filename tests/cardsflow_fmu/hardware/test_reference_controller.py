@@ -24,7 +24,7 @@ from support.native.targets import DERIVATIVES, FLAGS, SOURCES, TRANSITION, Targ
 from support.native.targets import compiled as compiled_objects
 from support.process_output import wait_until
 from support.robots.bent_cables import with_bent_cables
-from support.robots.robots import EXAMPLES, PLANAR_2R
+from support.robots.robots import EXAMPLES, HELD, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
@@ -253,7 +253,7 @@ def test_in_lockstep_it_agrees_with_the_controller_of_the_experiment(
         done = driven(program, port, *words)
         assert (done.returncode, done.stderr) == (0, "")
         assert device.state == "safe"
-        assert device.counters["stops"] == 1
+        assert device.counters["stops"] > 0
     expected, found = simulate(made, coupling="direct"), rows(done.stdout)
     q = [expected[f"q.{c.name}"] for c in made.robot.coordinates]
     f = [expected[f"f.{muscle.name}"] for muscle in made.robot.muscles]
@@ -370,7 +370,7 @@ def test_forces_that_are_not_finite_are_not_sent(planar: Path) -> None:
 
 def test_in_real_time_it_tracks_and_stops(planar: Path) -> None:
     """A busy machine delays set points, and the robot drifts; one of several runs must track."""
-    made = Experiment.load(PLANAR_2R, SHORT | {"hardware.watchdog": 10.0})
+    made = Experiment.load(PLANAR_2R, SHORT | HELD | {"hardware.watchdog": 10.0})
     expected = simulate(made, coupling="direct")
     joints = np.array([expected["q.joint_1"], expected["q.joint_2"]])[:, :100].T
     for _ in range(20):
@@ -378,15 +378,15 @@ def test_in_real_time_it_tracks_and_stops(planar: Path) -> None:
             done = driven(planar, port, "realtime")
             assert (done.returncode, done.stderr) == (0, "")
             assert device.state == "safe"
-            assert device.counters["stops"] == 1
-            assert device.counters["setpoints"] > 300  # the run and most of the ramp down
-        if np.abs(rows(done.stdout)[:, 1:3] - joints).max() <= 0.01:
+            assert device.counters["stops"] > 0
+        follows = np.abs(rows(done.stdout)[:, 1:3] - joints).max() <= 0.01
+        if follows and device.counters["setpoints"] > 300:  # the run and most of the ramp down
             return
     pytest.fail("no run tracked its reference")
 
 
 def test_a_signal_ends_the_run_in_the_safe_state(planar: Path) -> None:
-    made = Experiment.load(PLANAR_2R, {"hardware.watchdog": 10.0})
+    made = Experiment.load(PLANAR_2R, HELD | {"hardware.watchdog": 10.0})
     with served(made) as (device, port):
         command = [str(planar), "127.0.0.1", port, "realtime"]
         with subprocess.Popen(
@@ -398,7 +398,8 @@ def test_a_signal_ends_the_run_in_the_safe_state(planar: Path) -> None:
             process.send_signal(signal.SIGINT)
             _, error = process.communicate(timeout=TIMEOUT)
         assert (process.returncode, error) == (1, b"controller: interrupted\n")
-        assert (device.state, device.counters["stops"]) == ("safe", 1)
+        assert device.state == "safe"
+        assert device.counters["stops"] > 0
 
 
 def test_a_robot_far_from_its_start_pose_does_not_move(planar: Path) -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.hardware.hardware_devices import rejection
 from support.hardware.hardware_fuzz import FRAMES, bad_frames
 
 from cardsflow_fmu.experiment.settings.hardware import FailureSettings
@@ -127,7 +128,7 @@ def test_failures_are_those_of_the_emulator(built: Path, tmp_path: Path) -> None
         settings = FailureSettings(kind=kind, part=part, time=4.5e-3, **number, **other)
         expected = followed(commands, STEP, Failures([settings], names, names[:JOINTS]))
         text = f"{kind}:{part}" + ("" if value is None else f"={value}") + "@4.5e-3"
-        with running(built, tmp_path, None, [text]) as uri, UdpLink(uri) as link:
+        with running(built, tmp_path, None, [text]) as uri, UdpLink(uri, timeout=SOON) as link:
             link.open(handshake(lockstep=True))
             for command, state in zip(commands, expected, strict=True):
                 came = pull(link, command)
@@ -155,7 +156,7 @@ def test_the_source_is_short_and_does_not_allocate_memory() -> None:
 def test_lockstep(built: Path, tmp_path: Path, key: bytes | None, step: float) -> None:
     commands = np.random.default_rng(0).uniform(F_MIN, F_MAX, (100, COMMANDS))
     expected = followed(commands, step)
-    with running(built, tmp_path, key) as uri, UdpLink(uri, key=key) as link:
+    with running(built, tmp_path, key) as uri, UdpLink(uri, key=key, timeout=SOON) as link:
         link.open(handshake(lockstep=True, step=step))
         np.testing.assert_array_equal(link.start_state, [0] * 4 + [0.3] * 4 + [F_MIN] * 4)
         for command, state in zip(commands, expected, strict=True):
@@ -166,7 +167,7 @@ def test_lockstep(built: Path, tmp_path: Path, key: bytes | None, step: float) -
 
 @pytest.mark.slow
 def test_in_real_time_tensions_follow_and_the_watchdog_expires(built: Path, tmp_path: Path) -> None:
-    with running(built, tmp_path) as uri, UdpLink(uri) as link:
+    with running(built, tmp_path) as uri, UdpLink(uri, timeout=SOON) as link:
         for _ in range(100):  # a busy machine may delay set points for too long
             link.open(handshake())
             begin, came = time.monotonic(), pull(link)
@@ -185,7 +186,7 @@ def test_in_real_time_tensions_follow_and_the_watchdog_expires(built: Path, tmp_
 
 
 def test_forces_are_clamped(built: Path, tmp_path: Path) -> None:
-    with running(built, tmp_path) as uri, UdpLink(uri) as link:
+    with running(built, tmp_path) as uri, UdpLink(uri, timeout=SOON) as link:
         link.open(handshake(lockstep=True))
         wild = np.array([-1e308, 1e308, 0.0, 501.0])
         came = [pull(link, wild) for _ in range(200)][-1]
@@ -203,14 +204,13 @@ def test_runs_are_rejected_with_a_reason(built: Path, tmp_path: Path) -> None:
         (handshake(step=1e300, lockstep=True), "time step"),
         (handshake(step=0.011), "watchdog"),
     ]
-    with running(built, tmp_path) as uri, UdpLink(uri) as link:
+    with running(built, tmp_path) as uri, UdpLink(uri, timeout=SOON) as link:
         for request, word in requests:
             with pytest.raises(HardwareError, match=f"rejected the run: .*{word}"):
                 link.open(request)
         link.open(handshake(lockstep=True))
         pull(link)
-        with pytest.raises(HardwareError, match="another run uses it"):
-            UdpLink(uri, timeout=1.0).open(handshake())
+        assert "another run uses it" in rejection(uri, handshake())
         assert pull(link).seq == 2
 
 
@@ -274,7 +274,7 @@ def test_copies_of_a_hello_do_not_block_the_device(built: Path, tmp_path: Path) 
             return thief.recv(MAX_BYTES)[5]
 
         for _ in range(2):
-            with UdpLink(uri, key=key) as link:
+            with UdpLink(uri, key=key, timeout=SOON) as link:
                 send, first = link._send, {Kind.HELLO, Kind.PING}
 
                 def attacked(
@@ -342,7 +342,7 @@ def test_invalid_frames_have_no_effect_under_the_sanitizers(
     compile_device(
         compiler, program, [*SANITIZED, *(f"-D{name}={size}" for name, size in sizes.items())]
     )
-    with running(program, tmp_path, key) as uri, UdpLink(uri, key=key, timeout=5.0) as link:
+    with running(program, tmp_path, key) as uri, UdpLink(uri, key=key, timeout=SOON) as link:
         link.open(asked)
         assert (link.start_state[-MUSCLES:] == F_MIN).all()
         assert (link.start_state[-2 * MUSCLES : -MUSCLES] == 0.3).all()

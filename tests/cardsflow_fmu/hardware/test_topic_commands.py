@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from support.process_output import wait_until
 from support.robots.robots import PLANAR_2R
+from support.ros import bus as buses
 from support.ros.bus import Bus, BusNode
 
 from addin_sdfusion.robot import InputError
@@ -26,6 +27,8 @@ from cardsflow_fmu.hardware.links.ros_link import RosLink
 from cardsflow_fmu.hardware.protocol.device_topics import SAFE, DeviceTopics
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.topic_reader import TopicReader
+from cardsflow_fmu.hardware.session import session as sessions
+from cardsflow_fmu.hardware.session import topic_commands
 from cardsflow_fmu.hardware.session.connect import handshake_of
 from cardsflow_fmu.hardware.session.open_link import open_link
 from cardsflow_fmu.hardware.session.session import HardwareSession
@@ -37,12 +40,38 @@ from cardsflow_fmu.ros_interface.node import Topic
 ROBOT = Experiment.load(PLANAR_2R).robot
 NAMES = tuple(muscle.name for muscle in ROBOT.muscles)
 SETTINGS = HardwareSettings(watchdog=5.0, ramp_in=0.0, ramp_down=0.1, max_missed=1000)
-TIMEOUT = 0.4
+TIMEOUT = 60.0
 TOPICS = DeviceTopics(ROBOT, SETTINGS)
 COMMANDS, STATES = TOPICS.commands_topic, TOPICS.states_topic
 FORCES = np.array([30.0, 31.0, 32.0, 33.0])
 MAX_WAIT = 20.0
 """Time to wait for a condition, in [s]."""
+
+
+class Clock:
+    """Clock that a test can advance, so that no pause reaches a timeout.
+
+    Attributes:
+        ahead: Time by which the clock is ahead of the time of the system, in [s].
+    """
+
+    ahead = 0.0
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(time, name)
+
+    def monotonic(self) -> float:
+        return time.monotonic() + self.ahead
+
+
+@pytest.fixture(autouse=True)
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """Return the clock of the timeouts of topics."""
+    clock = Clock()
+    for module in (topic_commands, ros_link, buses):
+        monkeypatch.setattr(module, "time", clock)
+    monkeypatch.setattr(sessions, "_MAX_RAMP_DELAY", 60.0)  # a pause does not shorten a ramp
+    return clock
 
 
 class RecordingRobot(EmulatedRobot):
@@ -120,11 +149,12 @@ def commanding(node: BusNode, condition: Callable[[], object]) -> None:
 
 
 @pytest.mark.slow
-def test_commands_are_applied_and_ramped_down_after_the_timeout(bus: Bus) -> None:
+def test_commands_are_applied_and_ramped_down_after_the_timeout(bus: Bus, clock: Clock) -> None:
     inbox, node = bus.node().subscribe(STATES), bus.node()
     with serving(bus) as served:
         reader = TopicReader(served.topics.needed, 10.0)
         commanding(node, lambda: served.robot.given and (served.robot.given[-1] == FORCES).all())
+        clock.ahead += 2.0 * TIMEOUT
         assert wait_until(lambda: served.has_reported(f"none arrived for {TIMEOUT:g} s"))
         assert wait_until(lambda: served.device.state == "safe" and served.commands.status == SAFE)
         falls = np.array(served.robot.given)
@@ -163,7 +193,7 @@ def test_invalid_messages_do_not_move_the_robot(bus: Bus) -> None:
         assert served.has_reported(what)
 
 
-def test_messages_of_several_publishers_are_rejected(bus: Bus) -> None:
+def test_messages_of_several_publishers_are_rejected(bus: Bus, clock: Clock) -> None:
     first, second = bus.node(), bus.node()
     first.advertise(COMMANDS)
     with serving(bus) as served:
@@ -177,6 +207,7 @@ def test_messages_of_several_publishers_are_rejected(bus: Bus) -> None:
 
         assert wait_until(both)
         assert served.has_reported("several nodes publish")
+        clock.ahead += 2.0 * TIMEOUT
         assert wait_until(lambda: served.device.state == "safe")
     assert max(row[0] for row in served.robot.given) <= FORCES[0]
 
@@ -217,7 +248,7 @@ def test_a_device_in_use_rejects_commands(bus: Bus) -> None:
 @pytest.fixture
 def make_link(bus: Bus, monkeypatch: pytest.MonkeyPatch) -> Callable[..., RosLink]:
     monkeypatch.setattr(ros_link, "open_node", bus.node)
-    return lambda timeout=MAX_WAIT, silence=2.0: RosLink(
+    return lambda timeout=MAX_WAIT, silence=TIMEOUT: RosLink(
         f"ros2://?timeout={silence}", NodeAddress(timeout=silence), TOPICS, timeout=timeout
     )
 
@@ -245,17 +276,17 @@ def test_a_link_drives_a_device_and_reports_its_safe_state(
 
 
 def test_a_robot_that_stops_publishing_ends_a_run_after_the_timeout(
-    bus: Bus, make_link: Callable[..., RosLink]
+    bus: Bus, make_link: Callable[..., RosLink], clock: Clock
 ) -> None:
-    link = make_link(silence=0.1)
+    link = make_link()
     with serving(bus):
         link.open(handshake_of(ROBOT, SETTINGS, 2e-3))
-        link.exchange(0.0, FORCES, time.monotonic() + MAX_WAIT)
-    with pytest.raises(
-        HardwareError, match=re.escape("does not respond: no state has arrived for 0.1 s")
-    ):
+        link.exchange(0.0, FORCES, clock.monotonic() + MAX_WAIT)
+    clock.ahead += 2.0 * TIMEOUT
+    silent = f"does not respond: no state has arrived for {TIMEOUT:g} s"
+    with pytest.raises(HardwareError, match=re.escape(silent)):
         for _ in range(1000):
-            link.exchange(0.0, FORCES, time.monotonic() + 0.01)
+            link.exchange(0.0, FORCES, clock.monotonic())
 
 
 def test_a_link_that_cannot_be_opened_names_the_missing_part(

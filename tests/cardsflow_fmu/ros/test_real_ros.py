@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from support.process_output import MAX_WAIT, read_lines_until
-from support.robots.robots import PLANAR_2R
+from support.robots.robots import HELD, PLANAR_2R
 from support.ros import jazzy
 
 from cardsflow_fmu import Experiment
@@ -31,6 +31,9 @@ JOINTS = [c.name for c in ROBOT.coordinates]
 MUSCLES = [muscle.name for muscle in ROBOT.muscles]
 SLOW_ENOUGH = 3.0
 """Duration of a published run, in [s]."""
+
+SLOW = {"run.step": 0.01, "controller.period": 0.01, "controller.kp": 10.0, "controller.kd": 5.0}
+"""Settings of a run with few exchanges."""
 
 Environment = dict[str, str]
 
@@ -50,6 +53,10 @@ def cardsflow(*words: object) -> list[str]:
 
 def run_words(out: Path, *words: object) -> list[str]:
     return cardsflow("run", PLANAR_2R, "-o", out, "--json", *words)
+
+
+def set_words(settings: dict[str, float]) -> list[str]:
+    return [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
 
 
 @contextmanager
@@ -155,7 +162,7 @@ def test_a_bag_of_a_run_has_its_results(ros: Environment, tmp_path: Path) -> Non
 @contextmanager
 def device(ros: Environment, *words: str) -> Iterator[subprocess.Popen[str]]:
     """Start an emulated device."""
-    given = ("--listen", "udp://127.0.0.1:0", "--watchdog", "5000", "--json", *words)
+    given = ("--listen", "udp://127.0.0.1:0", "--watchdog", "60000", "--json", *words)
     with started(cardsflow("device", PLANAR_2R, *given), ros) as process:
         yield process
 
@@ -164,8 +171,8 @@ def test_a_late_subscriber_receives_the_description(ros: Environment, tmp_path: 
     with device(ros, "--publish", "ros2://right") as process:
         read_lines_until(process, "published as node /right/cardsflow")
         begin = time.time()
-        with listening(ros, "/right/cardsflow", tmp_path / "bag"):
-            time.sleep(5.0)
+        with listening(ros, "/right/cardsflow", tmp_path / "bag", until="many"):
+            pass
     messages = messages_in(tmp_path / "bag")
     (description,) = messages["/right/robot_description"]
     joints = ElementTree.fromstring(description.data).iter("joint")
@@ -178,14 +185,16 @@ def test_a_late_subscriber_receives_the_description(ros: Environment, tmp_path: 
 
 @pytest.mark.parametrize("controller", ["", "&controller=tendons"], ids=["own", "ros2_control"])
 def test_a_run_drives_a_device_by_topics(ros: Environment, tmp_path: Path, controller: str) -> None:
-    with device(ros, "--ros2", f"ros2://left?timeout=4&node=arm{controller}") as process:
+    address = f"ros2://left?timeout=4&node=arm{controller}"
+    with device(ros, "--ros2", address, *set_words(HELD)) as process:
         topic = "/left/tendons/commands" if controller else "/left/device_commands"
         said = read_lines_until(process, f"commands from {topic} with a timeout of 4 s")
         assert any("warning: ros2://" in line and "topics are not signed" in line for line in said)
         link = f"ros2://left?timeout=4&node=controller{controller}"
-        words = run_words(tmp_path / "out", "--hardware", link, "--set", "run.duration=0.3")
-        # a busy machine misses exchanges
-        words += ["--allow-poor-tracking", "--set", "hardware.watchdog=5"]
+        # a pause of 3 s misses exchanges, but is shorter than the run and the timeout
+        settings = HELD | SLOW | {"run.duration": 4.0, "hardware.watchdog": 60.0}
+        words = run_words(tmp_path / "out", "--hardware", link, "--allow-poor-tracking")
+        words += set_words(settings)
         done = subprocess.run(words, capture_output=True, text=True, env=ros, check=False)
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["status"] == "complete"
@@ -199,13 +208,13 @@ def test_a_run_drives_a_device_by_topics(ros: Environment, tmp_path: Path, contr
 def test_another_node_commands_tendons_as_joints(ros: Environment) -> None:
     """It uses Float64MultiArray commands and one JointState with joints and tendons."""
     forces = [30.0, 15.0, 20.0, 15.0]
-    with device(ros, "--ros2", "ros2://?timeout=0.5&controller=tendons") as process:
+    with device(ros, "--ros2", "ros2://?timeout=4&controller=tendons") as process:
         read_lines_until(process, "commands from /tendons/commands")
-        words = ["/tendons/commands", "/joint_states", "6", *map(str, forces)]
+        words = ["/tendons/commands", "/joint_states", *map(str, forces)]
         command = [sys.executable, str(PROGRAMS / "commander.py"), *words]
         done = subprocess.run(command, capture_output=True, text=True, env=ros, check=False)
         assert done.returncode == 0, done.stderr
-        read_lines_until(process, "none arrived for 0.5 s; forces are ramped down")
+        read_lines_until(process, "none arrived for 4 s; forces are ramped down")
     state = json.loads(done.stdout)
     assert state["status"] == "running"
     assert state["name"] == [*JOINTS, *MUSCLES]

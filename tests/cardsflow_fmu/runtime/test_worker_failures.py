@@ -101,15 +101,17 @@ def test_worker_that_exits_is_reported(stubborn_fmu: Path, action: int, message:
 def test_hanging_worker_is_ended(
     stubborn_fmu: Path, action: int, told_by: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    timeout = 0.5
     if told_by == "environment":
-        monkeypatch.setenv("CARDSFLOW_FMU_TIMEOUT", "0.5")
+        timeout = 4.0  # of all calls: of those of a busy machine too
+        monkeypatch.setenv("CARDSFLOW_FMU_TIMEOUT", f"{timeout:g}")
     with opened_stubborn(stubborn_fmu) as host:
         process = host.value("process")
-        host.set(action=action, worker_timeout=0.5 if told_by == "parameter" else 1e6)
+        host.set(action=action, worker_timeout=timeout if told_by == "parameter" else 1e6)
         begin = time.monotonic()
         require_error(lambda: host.slave.doStep(0.0, STEP))
-        assert time.monotonic() - begin > 0.4
-        assert host.last.endswith("no answer from the worker process within 0.5 s")
+        assert time.monotonic() - begin > 0.8 * timeout
+        assert host.last.endswith(f"no answer from the worker process within {timeout:g} s")
         assert not is_running(process)
         host.slave.reset()
         host.start()

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import SimulationError
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.device.server import DeviceServer, Line
+from cardsflow_fmu.hardware.links.udp import UdpLink
+from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.handshake import Handshake
 
 FloatArray = NDArray[np.float64]
@@ -102,3 +104,15 @@ def served(
         finally:
             ended.set()
             thread.join()
+
+
+def rejection(uri: str, request: Handshake, key: bytes | None = None) -> str:
+    """Return why a device rejects a run. A paused device does not answer at first."""
+    while True:
+        try:
+            UdpLink(uri, key=key, timeout=1.0).open(request)
+        except HardwareError as error:
+            if "no device answers" not in str(error):
+                return str(error)
+        else:
+            raise AssertionError("the device has accepted the run")

@@ -28,6 +28,12 @@ from addin_sdfusion.robot import (
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 PLANAR_2R = EXAMPLES / "planar_2r"
+HELD = {
+    f"robot.joints.joint_{k}.coordinates[0].{key}": value
+    for k, rest in ((1, -0.5), (2, 0.5))
+    for key, value in (("stiffness", 50.0), ("rest", rest), ("damping", 5.0))
+}
+"""Settings for springs that hold `PLANAR_2R` near its start if commands are late."""
 
 
 def planar_2r(cable_set: str | None = None) -> Robot:

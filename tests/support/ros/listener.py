@@ -3,7 +3,8 @@
     python listener.py NODE BAG [PARAMETER ...]
 
 It prints `up`, listens until its input ends, writes a bag with rosbags, and prints as JSON the
-recorded graph and the node's parameters. After 20 states of joints it also prints `many`.
+recorded graph and the node's parameters. It also prints `many` after 20 states of joints and a
+message of each latched topic.
 """
 
 from __future__ import annotations
@@ -37,7 +38,8 @@ class Recorder:
         self.topics: dict[str, str] = {}
         self.latched: list[str] = []
         self.messages: list[tuple[str, int, bytes]] = []
-        self.states = 0
+        self.states, self.has_many = 0, False
+        self.awaited: set[str] = set()
 
     def discover(self) -> None:
         """Subscribe to new topics of the graph."""
@@ -55,12 +57,15 @@ class Recorder:
             self.topics[name] = kind
             if durability.name == "TRANSIENT_LOCAL":
                 self.latched.append(name)
+                self.awaited.add(name)
 
     def _taker(self, name: str) -> Any:
         def take(content: bytes) -> None:
             self.messages.append((name, time.time_ns(), bytes(content)))
             self.states += name.endswith("/joint_states")
-            if name.endswith("/joint_states") and self.states == MANY:
+            self.awaited.discard(name)
+            if self.states >= MANY and not self.awaited and not self.has_many:
+                self.has_many = True
                 print("many", flush=True)
 
         return take

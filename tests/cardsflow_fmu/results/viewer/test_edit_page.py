@@ -139,7 +139,7 @@ class Hand:
 
     def choose(self, title: str, value: str) -> None:
         """Choose an option of a list."""
-        self.shown()
+        self.page.show_changes()
         self.page.evaluate(
             f"(s => {{ s.value = {value!r}; s.dispatchEvent(new Event('change')); }})"
             f"(document.querySelector('select[aria-label=\"{title}\"]'))"
@@ -147,22 +147,16 @@ class Hand:
 
     def enter(self, title: str, text: str) -> None:
         """Type into a field."""
-        self.shown()
+        self.page.show_changes()
         self.page.evaluate(
             f"(i => {{ i.value = {text!r}; i.dispatchEvent(new Event('input')); "
             "i.dispatchEvent(new Event('change')); })"
             f"(document.querySelector('input[aria-label=\"{title}\"]'))"
         )
 
-    def shown(self) -> None:
-        """Wait until the page shows the last change."""
-        self.page.evaluate(
-            "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
-        )
-
     def document(self) -> dict[str, Any]:
         """Return the document."""
-        self.shown()
+        self.page.show_changes()
         return json.loads(self.page.evaluate("JSON.stringify(edit.document.data)"))
 
     def muscle(self, *points: tuple[str, tuple[float, float, float]]) -> None:
@@ -295,7 +289,7 @@ def test_no_texts_overlap_and_hostile_names_stay_text(browser: Page, tmp_path: P
         _resize(browser, *size)
         for is_open in ("true", "false"):
             browser.evaluate(f"document.querySelector('.panel').open = {is_open}")
-            hand.shown()
+            browser.show_changes()
             for top in (0, 400, 9999):
                 browser.evaluate(f"document.querySelector('.panel').scrollTop = {top}")
                 assert browser.evaluate(OVERLAPS) == [], (size, is_open, top)
@@ -344,7 +338,7 @@ def test_arm_gets_six_muscles_by_clicks_and_drags_and_tracks(browser: Page, tmp_
         expected = [{"surface": "cylinder_1", "segment": 0, "side": 0}]
         assert hand.document()["muscles"][3]["wraps"] == expected
         assert browser.evaluate("edit.result.error") == ""
-        hand.shown()
+        browser.show_changes()
         warning = browser.evaluate("document.querySelector('.edit .bound').textContent")
         assert warning.startswith("The moment arm changes sign about shoulder at ")  # muscle 6
 

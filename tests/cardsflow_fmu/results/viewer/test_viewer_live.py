@@ -7,7 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
-import time
+import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from support.browser import opened_browser
 from support.command_line import CommandLine
+from support.process_output import wait_until
 from support.recorded import sinusoidal_result
 from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
@@ -102,7 +103,6 @@ def test_frame_contains_the_shapes_of_the_last_row() -> None:
 def test_ctrl_c_ends_a_view_without_an_error(results: Path) -> None:
     process = start_command("view", results, "--no-browser")
     address_of(process)
-    time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     assert process.communicate(timeout=300) == ("", "")
     assert process.returncode == 0
@@ -112,9 +112,9 @@ def test_ctrl_c_ends_a_view_without_an_error(results: Path) -> None:
 def test_run_with_view_shows_the_run_and_then_its_replay(tmp_path: Path) -> None:
     settings = ("--set", "run.duration=0.5", "-o", tmp_path)
     process = start_command("run", PLANAR_2R, *settings, "--view", "--no-browser")
-    address_of(process)
+    address = address_of(process)
     assert "complete" in process.stdout.readline()
-    time.sleep(0.5)
+    assert wait_until(lambda: b'id="follows"' not in urllib.request.urlopen(address).read())
     assert process.poll() is None
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=300)

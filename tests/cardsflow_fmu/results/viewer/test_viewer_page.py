@@ -123,7 +123,7 @@ def colourful(image: np.ndarray) -> int:
 
 @pytest.mark.browser
 def test_page_opens_from_disk_without_a_network_and_plays(page: Page, tmp_path: Path) -> None:
-    shown = act(roboy(), 3.0)
+    shown = act(roboy(), 10.0)  # longer than a pause of this process
     file = write_page([shown], tmp_path / "a name with spaces.html")
     page.open(file.as_uri(), offline=True)
     first = picture(page)
@@ -147,7 +147,7 @@ def test_page_opens_from_disk_without_a_network_and_plays(page: Page, tmp_path: 
 
     for name in s.GROUPS:
         page.evaluate(f"document.querySelector('input[name=\"{name}\"]:checked')?.click()")
-    page.evaluate("new Promise(done => setTimeout(done, 200))")
+    page.show_changes()
     assert colourful(picture(page)) < 100
     assert page.evaluate("[...document.querySelectorAll('.label')].every(l => l.hidden)")
 

@@ -171,7 +171,7 @@ def test_page_shows_and_hides_a_world(act: Act, page: Page, tmp_path: Path) -> N
     shown = page.screenshot()
     for name in ("objects", "ground", "contacts"):
         page.evaluate(f"document.querySelector('input[name=\"{name}\"]').click()")
-        page.evaluate("new Promise(done => setTimeout(done, 200))")
+        page.show_changes()
         hidden = page.screenshot()
         assert np.count_nonzero(np.abs(hidden - shown).max(axis=2) > 8) > 100, name
         shown = hidden
