@@ -29,7 +29,7 @@ static void bound_forces(mpc *s, size_t k)
     for (size_t i = 0; i < a; i++) {
         const int is_fixed = !(high[i] > low[i]);
         if (is_fixed) f[i] = low[i];
-        s->qp.low[k * w + i] = is_fixed ? -INFINITY : low[i] - f[i];
+        s->qp.low[k * w + i] = is_fixed || low[i] < -UNLIMITED ? -INFINITY : low[i] - f[i];
         s->qp.high[k * w + i] = is_fixed || high[i] > UNLIMITED ? INFINITY : high[i] - f[i];
         for (size_t l = 0; is_fixed && l < n; l++) C[l * w + i] = 0;
     }

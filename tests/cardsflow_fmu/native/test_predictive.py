@@ -131,6 +131,13 @@ def test_hill_muscles_without_force_limits() -> None:
     assert tracking_error(columns, "y", "y_d").max() < 1e-4
 
 
+def test_motor_without_limits_has_solutions() -> None:
+    """The controller's limits are then those of numbers, -1.8e308 N·m to 1.8e308 N·m."""
+    columns = run("planar_2r", PLANAR | {"robot.joints.joint_2": {"motor": True}})
+    assert tracking_error(columns).max() < 5e-5
+    assert not columns["fallback"].any()
+
+
 def test_tick_without_solution_uses_computed_torque() -> None:
     """One iteration never converges: all forces are those of the fallback."""
     columns = run("planar_2r", {**PLANAR, "controller.iterations": 1, "run.duration": 0.01})

@@ -18,7 +18,7 @@ from sim_dart.muscles.fibres import FIBRE_LAWS, FIBRE_POINT, HillMuscles, has_fi
 
 from .static import RESERVE, Activations, driven_coordinates, passive_tensions
 
-MAX_FRAMES = 400
+MAX_FRAMES = 401
 FRAME_STEP = 0.01
 """Default time between frames, in [s]."""
 _START = 0.1  # first activations
@@ -137,6 +137,6 @@ def _require_valid(robot: Robot, motion: Motion, reserve: float, power: float) -
     steps = np.diff(motion.times)
     if not 3 <= len(motion.times) <= MAX_FRAMES:
         problem = f"must be from 3 to {MAX_FRAMES} with --dynamics, not {len(motion.times)}"
-        raise InputError(problem, key="--frames")
+        raise InputError(f"{problem}; or select times by --begin and --end", key="--frames")
     if abs(steps - steps[0]).max() > _EVEN * steps[0]:
         raise InputError("the times of the motion must be equidistant")

@@ -139,7 +139,7 @@ DYNAMICS = {
     "low power": (["--dynamics", "--power", "1"], ARM, "--power: must be above 1"),
     "reserve": (["--dynamics", "--reserve", "0"], ARM, "--reserve: must be positive"),
     "passive": (["--dynamics", "--passive"], ARM, "--passive: is for static optimisation"),
-    "frames": (["--dynamics", "--frames", "401"], ARM, "--frames: must be from 3 to 400"),
+    "frames": (["--dynamics", "--frames", "402"], ARM, "--frames: must be from 3 to 401"),
     "law": (["--dynamics"], EXAMPLES / "planar_2r/robot", "--dynamics does not support 'ideal'"),
 }
 
