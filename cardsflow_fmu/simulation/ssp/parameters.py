@@ -11,7 +11,7 @@ from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.cosim.signals.units import Unit
 
 from .system import Parameter
-from .xml import children, decimal, local, parse, read_units
+from .xml import decimal, local, parse, read_units
 
 _SET_TYPE = "application/x-ssp-parameter-set"
 
@@ -23,24 +23,20 @@ def read_parameters(element: Any, folder: Path, file: Path) -> list[Parameter]:
         InputError: A parameter is invalid or unsupported.
     """
     values: dict[str, Parameter] = {}
-    for bindings in children(element, "ParameterBindings"):
-        for binding in children(bindings, "ParameterBinding"):
-            values |= {p.name: p for p in _bound_parameters(binding, folder, file)}
+    for binding in element.iterfind("{*}ParameterBindings/{*}ParameterBinding"):
+        values |= {p.name: p for p in _bound_parameters(binding, folder, file)}
     return list(values.values())
 
 
 def _bound_parameters(binding: Any, folder: Path, file: Path) -> list[Parameter]:
-    if children(binding, "ParameterMapping") or binding.get("sourceBase", "SSD") != "SSD":
+    if binding.find("{*}ParameterMapping") is not None or binding.get("sourceBase", "SSD") != "SSD":
         problem = "parameter mappings and sources inside components are not supported"
         raise InputError(problem, file=file, line=binding.sourceline)
     if binding.get("type", _SET_TYPE) != _SET_TYPE:
         raise InputError("is not a parameter set", file=file, line=binding.sourceline)
     source = binding.get("source")
     if source is None:
-        inline = [
-            s for v in children(binding, "ParameterValues") for s in children(v, "ParameterSet")
-        ]
-        sets = [(one, file) for one in inline]
+        sets = [(s, file) for s in binding.iterfind("{*}ParameterValues/{*}ParameterSet")]
     else:
         path = (folder / source).resolve()
         if folder.resolve() not in path.parents:
@@ -55,8 +51,7 @@ def _parameters(parameter_set: Any, prefix: str, file: Path) -> list[Parameter]:
     units = read_units(parameter_set, file)
     return [
         _parameter(element, prefix, units, file)
-        for group in children(parameter_set, "Parameters")
-        for element in children(group, "Parameter")
+        for element in parameter_set.iterfind("{*}Parameters/{*}Parameter")
     ]
 
 

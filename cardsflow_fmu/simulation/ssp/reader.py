@@ -17,7 +17,7 @@ from cardsflow_fmu.utils.archive import require_inside, unpack_archive
 from .parameters import read_parameters
 from .system import Component, Connection, Connector, System
 from .writer import FMU_TYPE
-from .xml import children, decimal, local, parse, read_units, require
+from .xml import decimal, local, parse, read_units
 
 
 def unpack_ssp(path: Path, folder: Path) -> Path:
@@ -52,7 +52,9 @@ def read_system(folder: Path, variant: str | None = None) -> System:
         raise UnknownNameError("system structure", name, structures, file=folder)
     file = structures[name]
     root = parse(file)
-    system = require(root, "System", file)
+    system = root.find("{*}System")
+    if system is None:
+        raise InputError(f"{local(root)} has no System", file=file, line=root.sourceline)
     units = read_units(root, file)
     components = [_component(element, folder, file, units) for element in _elements(system, file)]
     names = [component.name for component in components]
@@ -69,20 +71,15 @@ def read_system(folder: Path, variant: str | None = None) -> System:
 
 
 def _elements(system: Any, file: Path) -> list[Any]:
-    selected = []
-    for elements in children(system, "Elements"):
-        for element in elements.iterchildren(tag=etree.Element):
-            if local(element) != "Component":
-                problem = f"{local(element)} {element.get('name', '')!r} inside the system"
-                raise InputError(
-                    f"{problem}: only flat systems of FMUs are supported",
-                    file=file,
-                    line=element.sourceline,
-                )
-            selected.append(element)
-    if not selected:
+    elements: list[Any] = system.findall("{*}Elements/*")
+    for element in elements:
+        if local(element) != "Component":
+            problem = f"{local(element)} {element.get('name', '')!r} inside the system"
+            problem += ": only flat systems of FMUs are supported"
+            raise InputError(problem, file=file, line=element.sourceline)
+    if not elements:
         raise InputError("the system has no components", file=file)
-    return selected
+    return elements
 
 
 def _component(element: Any, folder: Path, file: Path, units: dict[str, Unit]) -> Component:
@@ -102,8 +99,7 @@ def _component(element: Any, folder: Path, file: Path, units: dict[str, Unit]) -
         )
     connectors = [
         _connector(one, units, file)
-        for group in children(element, "Connectors")
-        for one in children(group, "Connector")
+        for one in element.iterfind("{*}Connectors/{*}Connector")
         if one.get("kind") in ("input", "output")
     ]
     return Component(
@@ -136,7 +132,7 @@ def _add_system_parameters(component: Component, *, system_parameters: list[Any]
 
 def _experiment(root: Any, file: Path) -> tuple[float | None, float | None]:
     """Return step and stop time; None if not specified."""
-    experiment = next(iter(children(root, "DefaultExperiment")), None)
+    experiment = root.find("{*}DefaultExperiment")
     if experiment is None:
         return None, None
     start = decimal(experiment, "startTime", file, default=0.0)
@@ -152,27 +148,26 @@ def _connections(system: Any, components: list[Component], file: Path) -> Iterat
     """Yield the connections between components; connectors of the system are ignored."""
     ports = {(c.name, one.name): one for c in components for one in c.connectors}
     fed: set[tuple[str, str]] = set()
-    for group in children(system, "Connections"):
-        for element in children(group, "Connection"):
-            ends = [
-                (element.get(f"{end}Element"), element.get(f"{end}Connector") or "")
-                for end in ("start", "end")
-            ]
-            if None in (ends[0][0], ends[1][0]):
-                continue
-            for end in ends:
-                if end not in ports:
-                    names = [".".join(one) for one in ports]
-                    wrong = ".".join(str(name) for name in end)
-                    raise UnknownNameError(
-                        "connector", wrong, names, file=file, line=element.sourceline
-                    )
-            source, target = sorted(ends, key=lambda end: ports[end].kind == "input")
-            if ports[source].kind == "input" or ports[target].kind == "output" or target in fed:
-                problem = f"{'.'.join(source)} cannot be connected to {'.'.join(target)}"
-                raise InputError(problem, file=file, line=element.sourceline)
-            fed.add(target)
-            yield _connection(element, ports, source, target, file)
+    for element in system.iterfind("{*}Connections/{*}Connection"):
+        ends = [
+            (element.get(f"{end}Element"), element.get(f"{end}Connector") or "")
+            for end in ("start", "end")
+        ]
+        if None in (ends[0][0], ends[1][0]):
+            continue
+        for end in ends:
+            if end not in ports:
+                names = [".".join(one) for one in ports]
+                wrong = ".".join(str(name) for name in end)
+                raise UnknownNameError(
+                    "connector", wrong, names, file=file, line=element.sourceline
+                )
+        source, target = sorted(ends, key=lambda end: ports[end].kind == "input")
+        if ports[source].kind == "input" or ports[target].kind == "output" or target in fed:
+            problem = f"{'.'.join(source)} cannot be connected to {'.'.join(target)}"
+            raise InputError(problem, file=file, line=element.sourceline)
+        fed.add(target)
+        yield _connection(element, ports, source, target, file)
 
 
 def _connection(

@@ -33,23 +33,6 @@ def local(element: Any) -> str:
     return str(etree.QName(element).localname)
 
 
-def children(element: Any, name: str) -> list[Any]:
-    """Return the children with a name, in any namespace."""
-    return [child for child in element.iterchildren(tag=etree.Element) if local(child) == name]
-
-
-def require(element: Any, name: str, file: Path) -> Any:
-    """Return the child with a name.
-
-    Raises:
-        InputError: The child does not exist.
-    """
-    matching = children(element, name)
-    if not matching:
-        raise InputError(f"{local(element)} has no {name}", file=file, line=element.sourceline)
-    return matching[0]
-
-
 def decimal(element: Any, name: str, file: Path, *, default: float | None = None) -> float:
     """Return an attribute that is a finite number.
 
@@ -76,13 +59,11 @@ def read_units(root: Any, file: Path) -> dict[str, Unit]:
         InputError: A definition is invalid.
     """
     units = dict(KNOWN_UNITS)
-    for group in children(root, "Units"):
-        for element in children(group, "Unit"):
-            name = element.get("name") or ""
-            for base in children(element, "BaseUnit"):
-                factor = decimal(base, "factor", file, default=1.0)
-                offset = decimal(base, "offset", file, default=0.0)
-                units[name] = Unit(name, _exponents(base, file), factor, offset)
+    for base in root.iterfind("{*}Units/{*}Unit/{*}BaseUnit"):
+        name = base.getparent().get("name") or ""
+        factor = decimal(base, "factor", file, default=1.0)
+        offset = decimal(base, "offset", file, default=0.0)
+        units[name] = Unit(name, _exponents(base, file), factor, offset)
     return units
 
 
