@@ -128,14 +128,14 @@ def _fault_fields(experiment: Experiment) -> Fields:
     fields = {"has_tensions": hardware.has_tensions or not hardware.use}
     if settings is None:
         return {**dict.fromkeys(_FAULT_ARRAYS.split(), none), **fields}
-    muscles, safety = experiment.robot.muscles, hardware.safety
+    muscles = experiment.robot.muscles
     return {
         **{n: getattr(settings, n) for n in _FAULT_ARRAYS.split() if n in FaultsTable.model_fields},
         **fields,
         "command_delay": float(_command_delay(experiment)),
-        "start": safety.ramp_in if hardware.use else 0.0,
-        "force_rate": safety.force_rate
-        if hardware.use and safety.force_rate
+        "start": hardware.ramp_in if hardware.use else 0.0,
+        "force_rate": hardware.force_rate
+        if hardware.use and hardware.force_rate
         else [math.inf] * len(muscles),
         "f_max": [min(muscle.f_max, sys.float_info.max) for muscle in muscles],
     }

@@ -251,11 +251,6 @@ class HardwareSettings(SafetySettings, LinkSettings):
     emulator: EmulatorSettings = setting("imperfections of an emulated robot", {})
 
     @property
-    def safety(self) -> SafetySettings:
-        """Safety limits of the hardware."""
-        return self
-
-    @property
     def is_emulated(self) -> bool:
         """Whether the hardware is an emulated robot in simulated time."""
         return self.link.partition(":")[0] == "emulated"

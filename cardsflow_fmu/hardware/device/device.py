@@ -95,6 +95,7 @@ class Device:
 
     Attributes:
         state: "idle", "ready", "running" or "safe".
+        run_id: Id of the current run, or 0 before the first run.
         agreed: Parameters of the current run, or None before the first run.
         failure: Error message of the robot, or empty. The first set point of a new run clears it.
             A HELLO does not clear it, since an attacker can replay a HELLO but not a set point.
@@ -128,7 +129,7 @@ class Device:
         self.counters: Counter[str] = Counter()
         self._keys = Keys(key)
         self._peer: Hashable = None
-        self._run_id = self._nonce = self._seq = 0
+        self.run_id = self._nonce = self._seq = 0
         self._nonces = Nonces()
         self._has_failed = self._is_confirmed = False
         self._time = 0.0
@@ -137,11 +138,6 @@ class Device:
         self._command = np.zeros(robot.commands)
         self._writer = FrameWriter(robot.states)
         robot.safe()
-
-    @property
-    def run_id(self) -> int:
-        """Id of the current run, or 0 before the first run."""
-        return self._run_id
 
     @property
     def is_signed(self) -> bool:
@@ -186,7 +182,7 @@ class Device:
             return self._answer_hello(frame, peer, now)
         if is_offered and frame.kind is Kind.PING:
             self._take_back(frame, peer)
-        if frame.run_id != self._run_id or self.state == "idle":
+        if frame.run_id != self.run_id or self.state == "idle":
             return self._drop("run")
         if peer != self._peer:
             return self._drop("peer")
@@ -228,7 +224,7 @@ class Device:
         request = Handshake.from_values(np.asarray(frame.values), bool(frame.flags & _LOCKSTEP))
         if request is None or len(frame.values) != HELLO_VALUES:
             return self._drop("hello")
-        is_current_run = frame.run_id == self._run_id and peer == self._peer
+        is_current_run = frame.run_id == self.run_id and peer == self._peer
         if is_current_run and self.state != "ready" and not self._has_failed:
             return self._drop("stale")  # a late frame or a copy: the run has already begun
         if not is_current_run:
@@ -270,7 +266,7 @@ class Device:
 
     def _take_back(self, ping: Frame, peer: Hashable) -> None:
         """Begin the run of a PING again if another HELLO has replaced it."""
-        if ping.run_id == self._run_id and peer == self._peer:
+        if ping.run_id == self.run_id and peer == self._peer:
             return
         request = Handshake.from_values(ping.values, bool(ping.flags & _LOCKSTEP))
         if request is not None and self._capabilities.rejection(request) is None:
@@ -278,7 +274,7 @@ class Device:
 
     def _begin(self, request: Handshake, run_id: int, peer: Hashable) -> None:
         self.agreed = self._capabilities.run_parameters(request)
-        self._run_id, self._peer = run_id, peer
+        self.run_id, self._peer = run_id, peer
         self._nonce = self._nonces.nonce(run_id, peer)
         self._keys = self._keys.for_run(run_id, self._nonce)
         self._seq, self._time, self._answer = 0, 0.0, b""
@@ -350,7 +346,7 @@ class Device:
         return self._writer.pack(
             _STATE,
             flags | self._flags(),
-            self._run_id,
+            self.run_id,
             frame.seq,
             self._time,
             int(now * 1e9),

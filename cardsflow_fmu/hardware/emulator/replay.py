@@ -24,6 +24,7 @@ class ReplayedRobot:
     Attributes:
         commands: Number of commands.
         states: Number of state values.
+        duration: Duration of the recording, in [s].
         deviation: Maximum difference so far between a command and the command that was recorded
             for the same time, in the unit of the command.
     """
@@ -41,15 +42,10 @@ class ReplayedRobot:
         # In lockstep, a recorded state belongs to the end of the step.
         delay = self._step if header.lockstep else 0.0
         self._state_times = self._command_times[has_state] + delay
-        self._duration = float(self._command_times[-1]) + delay
+        self.duration = float(self._command_times[-1]) + delay
         self._states = recording.states[has_state]
         self._start_state = np.array(header.start_state or self._states[0])
         self.reset()
-
-    @property
-    def duration(self) -> float:
-        """Duration of the recording, in [s]."""
-        return self._duration
 
     def reset(self) -> None:
         """Return to the beginning of the recording."""

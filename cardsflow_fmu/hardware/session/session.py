@@ -76,7 +76,7 @@ class HardwareSession:
         self._settings, self._link, self._handshake = settings, link, handshake
         self._make_recorder = make_recorder
         self._recorder: Recorder | None = None
-        self._guard = Guard(robot, settings.safety)
+        self._guard = Guard(robot, settings)
         self._motors = MotorMap(settings.motors, [muscle.name for muscle in robot.muscles])
         self._paths = MusclePaths(robot)
         self._clock = clock
@@ -257,7 +257,7 @@ class HardwareSession:
     def _ramp_down(self) -> None:
         """Ramp the forces down; stop early if exchanges fail or the ramp takes too long."""
         allowed = self._settings.max_missed if self._settings.is_paced else 0
-        end = self._clock.monotonic() + self._settings.safety.ramp_down + _MAX_RAMP_DELAY
+        end = self._clock.monotonic() + self._settings.ramp_down + _MAX_RAMP_DELAY
         t, lost = self._time, 0
         with suppress(CardsflowError, OSError):
             for forces in self._guard.ramp_down(self.step):

@@ -414,9 +414,9 @@ def test_all_settings_are_read_and_packed(tmp_path: Path) -> None:
         "lockstep",
         7,
     )
-    assert own.safety.max_tension == (np.inf, 150.0, np.inf, np.inf)
-    assert own.safety.force_rate == (5000.0,) * 4
-    assert own.safety.start_tolerance == (0.2, 0.3)
+    assert own.max_tension == (np.inf, 150.0, np.inf, np.inf)
+    assert own.force_rate == (5000.0,) * 4
+    assert own.start_tolerance == (0.2, 0.3)
     assert own.motors.stiffness == (1e3, 2e3, 3e3, 4e3)
     assert own.motors.offset is None
     write_resources(made, tmp_path, with_hardware=True)

@@ -18,7 +18,7 @@ from . import colours
 from . import shapes as s
 from .environment import Environment
 from .link_bodies import link_capsules, platform_hull
-from .link_poses import Poses, coordinate_axes, link_poses, moved_point
+from .link_poses import coordinate_axes, link_poses, moved_point
 from .meshes import LinkMeshes
 from .motion import Motion, task_points
 from .muscle_paths import MusclePath, muscle_paths, stump, unit_forces
@@ -50,6 +50,7 @@ class Stage:
 
     Attributes:
         robot, motion, meshes: Arguments of the constructor.
+        poses: Poses of the links.
         environment: Objects and ground around the robot.
         box: Two opposite corners of a box around the robot and its meshes in all frames, in [m].
         reach: Length of the diagonal of the box, in [m].
@@ -68,17 +69,17 @@ class Stage:
         self.meshes = meshes or {}
         bare = [link for link in robot.links if link.name not in self.meshes and link.shapes]
         self._solids = {link.name: tuple(map(shape_triangles, link.shapes)) for link in bare}
-        self._poses = link_poses(robot, motion.q)
-        self._paths = muscle_paths(robot, motion.q, self._poses)
+        self.poses = link_poses(robot, motion.q)
+        self._paths = muscle_paths(robot, motion.q, self.poses)
         self._unit_forces = [unit_forces(path) for path in self._paths]
         self._tips = {
-            frame.name: moved_point(self._poses[frame.link], frame.position)
+            frame.name: moved_point(self.poses[frame.link], frame.position)
             for frame in task_points(robot)
         }
         self.environment = Environment(world, motion.objects)
         self.box = self._box()
         self.reach = float(np.linalg.norm(self.box[1] - self.box[0])) or 1.0
-        self._joints = [self._poses[j.child] @ transform(j.T_child_joint) for j in robot.joints]
+        self._joints = [self.poses[j.child] @ transform(j.T_child_joint) for j in robot.joints]
         self._label_rows = self._stacked_labels()
         self._full_scale = full_scale
 
@@ -87,21 +88,11 @@ class Stage:
         return len(self.motion.time)
 
     @property
-    def poses(self) -> Poses:
-        """Poses of the links."""
-        return self._poses
-
-    @property
     def muscle_lengths(self) -> FloatArray:
         """Lengths of the drawn muscle paths, shape (K, m), in [m]."""
         steps = [np.diff(path.points, axis=1) for path in self._paths]
         lengths = [np.linalg.norm(step, axis=2).sum(axis=1) for step in steps]
         return np.stack(lengths, axis=1) if lengths else np.zeros((len(self), 0))
-
-    @property
-    def max_tension(self) -> float:
-        """Maximum tension of the motion, in [N]."""
-        return self._max_tension
 
     def scene(self, k: int) -> list[s.Shape]:
         """Return the shapes of frame k."""
@@ -123,7 +114,7 @@ class Stage:
         low, high = self.robot.muscles[muscle].f_min, self.robot.muscles[muscle].f_max
         if self._full_scale and np.isfinite(high):
             return low, high
-        return low, min(high, max(self._max_tension, low))
+        return low, min(high, max(self.max_tension, low))
 
     @cached_property
     def reference(self) -> dict[str, FloatArray]:
@@ -138,14 +129,15 @@ class Stage:
         }
 
     @cached_property
-    def _max_tension(self) -> float:
+    def max_tension(self) -> float:
+        """Maximum tension of the motion, in [N]."""
         tensions = self.motion.tensions
         return 0.0 if tensions is None else float(np.nanmax(tensions, initial=0.0))
 
     def _box(self) -> tuple[FloatArray, FloatArray]:
-        points = [T[:, :3, 3] for name, T in self._poses.items() if name != WORLD]
+        points = [T[:, :3, 3] for name, T in self.poses.items() if name != WORLD]
         points += [path.points.reshape(-1, 3) for path in self._paths]
-        points += [moved_point(self._poses[link], corner) for link, corner in self._mesh_corners()]
+        points += [moved_point(self.poses[link], corner) for link, corner in self._mesh_corners()]
         all_points = np.concatenate([*points, *self._tips.values()])
         all_points = all_points[np.isfinite(all_points).all(axis=1)]
         if not len(all_points):
@@ -189,7 +181,7 @@ class Stage:
     def _links(self, k: int) -> Iterator[s.Shape]:
         reach = self.reach
         for link in self.robot.links:
-            T = self._poses[link.name][k]
+            T = self.poses[link.name][k]
             if link.name in self.meshes:
                 for i, mesh in enumerate(self.meshes[link.name]):
                     key = f"{link.name}/{i}"
@@ -216,7 +208,7 @@ class Stage:
 
     def _wrap_surfaces(self, k: int) -> Iterator[s.Shape]:
         for surface in self.robot.wrap_surfaces:
-            T = self._poses[surface.link][k] @ transform(surface.pose)
+            T = self.poses[surface.link][k] @ transform(surface.pose)
             yield wrap_shape(surface, T, self.reach)
 
     def _muscles(self, k: int) -> Iterator[s.Shape]:
@@ -238,7 +230,7 @@ class Stage:
         """Yield muscle forces at via points; the largest force of the run has a fixed length."""
         if self.motion.tensions is None:
             return
-        per_newton = 0.16 * self.reach / (self._max_tension or 1.0)
+        per_newton = 0.16 * self.reach / (self.max_tension or 1.0)
         for i, muscle in enumerate(self.robot.muscles):
             tension = max(float(np.nan_to_num(self.motion.tensions[k, i])), 0.0)
             path: MusclePath = self._paths[i]
@@ -268,7 +260,7 @@ class Stage:
 
     @cached_property
     def _motor_axes(self) -> list[tuple[FloatArray, FloatArray]]:
-        axes = coordinate_axes(self.robot, self.motion.q, self._poses)
+        axes = coordinate_axes(self.robot, self.motion.q, self.poses)
         return [axes[motor.name] for motor in self.robot.motors]
 
     def _frames(self, k: int) -> Iterator[s.Shape]:
@@ -276,7 +268,7 @@ class Stage:
             if joint.motions:
                 yield self._frame(s.JOINT_FRAMES, joint.name, poses[k], 0.08)
         for link in self.robot.links:
-            yield self._frame(s.LINK_FRAMES, link.name, self._poses[link.name][k], 0.11)
+            yield self._frame(s.LINK_FRAMES, link.name, self.poses[link.name][k], 0.11)
         yield self._frame(s.LINK_FRAMES, WORLD, np.eye(4), 0.14)
 
     def _frame(self, group: str, key: str, T: FloatArray, scale: float) -> s.Frame:
@@ -324,7 +316,7 @@ class Stage:
         if name in self.environment.positions:
             positions = self.environment.positions[name]
         else:
-            positions = moved_point(self._poses[name], self.robot.link(name).inertia.com)
+            positions = moved_point(self.poses[name], self.robot.link(name).inertia.com)
         middle: FloatArray = positions[min(k, len(positions) - 1)]
         return middle
 
