@@ -109,7 +109,6 @@ def pack_addin(
 
 
 def _manifest() -> dict[str, Any]:
-    """Return the add-in's manifest."""
     text = (Path(addin_sdfusion.__file__).parent / f"{NAME}.manifest").read_text("utf-8")
     manifest: dict[str, Any] = json.loads(text)
     return manifest

@@ -213,7 +213,6 @@ def _hardware_settings(
 
 
 def _with_failures(settings: HardwareSettings, words: Sequence[str]) -> HardwareSettings:
-    """Return the settings with the failures of `--fault`."""
     if not words:
         return settings
     table = settings.emulator

@@ -195,7 +195,6 @@ def _copies(turn: Turn) -> list[tuple[bool, Copy]]:
 
 
 def _pointer(value: Value) -> int:
-    """Return the address of a value."""
     array, index = value
     assert array.dtype == float
     assert 0 <= index < len(array)

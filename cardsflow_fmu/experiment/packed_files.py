@@ -149,7 +149,6 @@ def robot_files(place: str, files: Sequence[Path], roots: Sequence[Path]) -> Fil
 
 
 def _common_folder(files: Sequence[Path]) -> Path:
-    """Return the common folder of all files of a robot."""
     return Path(os.path.commonpath([_normalized(file).parent for file in files]))
 
 

@@ -168,7 +168,6 @@ def _names(space: Space, context: Context) -> Names:
 
 
 def _first_point(curve: Trajectory | FlowerSettings) -> tuple[float, ...]:
-    """Return the first point of the reference."""
     if isinstance(curve, Trajectory):
         return curve.points[0].q
     return tuple(c + curve.radius * u for c, u in zip(curve.centre, curve.axes[0], strict=True))

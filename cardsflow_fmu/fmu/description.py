@@ -210,7 +210,6 @@ def _log_categories() -> Iterator[ET.Element]:
 
 
 def _default_experiment(fmu: FmuDescription) -> ET.Element:
-    """Return the element `DefaultExperiment`."""
     experiment = ET.Element("DefaultExperiment", startTime="0.0")
     if fmu.stop_time is not None:
         experiment.set("stopTime", format_number(fmu.stop_time))

@@ -123,7 +123,6 @@ def _independent(reference: int) -> ET.Element:
 
 
 def _model_structure(fmu: FmuDescription) -> ET.Element:
-    """Return the element `ModelStructure`."""
     structure = ET.Element("ModelStructure")
     add_unknowns(
         structure,

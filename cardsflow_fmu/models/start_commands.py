@@ -42,15 +42,12 @@ def start(robot: Robot, q: Sequence[float], feedback: MotionFeedback | None = No
     f_min = np.array([muscle.f_min for muscle in robot.muscles])
     if not modelled_muscles(robot):
         return Start((), f_min)
-    f_max = np.array([muscle.f_max for muscle in robot.muscles])
-    drive, dynamics = MuscleDrive(robot), control_dynamics(robot)
+    drive, dynamics, m = MuscleDrive(robot), control_dynamics(robot), len(robot.muscles)
     reach = drive.resting_reach(q)
-    low = np.maximum(np.clip(f_min, reach.low, reach.high), 0.0)
-    high = np.maximum(np.clip(f_max, reach.low, reach.high), 0.0)
-    motors = [(motor.tau_min, motor.tau_max) for motor in robot.motors]
-    tau_min, tau_max = np.array(motors).reshape(-1, 2).T
-    limits = np.concatenate([low, tau_min]), np.concatenate([high, tau_max])
-    forces = gravity_compensation(dynamics, np.array(q), *limits)[: len(robot.muscles)]
+    limits = dynamics.f_min.copy(), dynamics.f_max.copy()
+    for limit in limits:
+        limit[:m] = np.maximum(np.clip(limit[:m], reach.low, reach.high), 0.0)
+    forces = gravity_compensation(dynamics, np.array(q), *limits)[:m]
     commands = drive.resting_commands(q, forces).tolist()
     if feedback is not None:
         first = dict(zip(feedback.state_names, feedback.states[0].tolist(), strict=True))

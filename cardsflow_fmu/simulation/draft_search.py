@@ -375,7 +375,6 @@ def _joints_with_friction(robot: Robot) -> list[str]:
 
 
 def _test_run(robot: Robot, summary: Mapping[str, Any], good_error: float) -> TestRun:
-    """Return the test run of a summary."""
     infeasible = summary["infeasible_ticks"] + summary["not_converged_ticks"]
     rows = summary["slack" if infeasible else "tracking"]["per_signal"].values()
     sizes = [float(row["max"]) for row in rows]

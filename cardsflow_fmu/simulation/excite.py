@@ -183,7 +183,6 @@ def _table(robot: Robot, design: Excitation) -> str:
 
 
 def _next_commands(folder: Path, robot: str | Path, parameters: Sequence[str]) -> list[str]:
-    """Return the commands of the next steps."""
     patterns = ", ".join(parameters)
     return [
         f"record      cardsflow run {folder} --hardware udp://HOST:PORT",

@@ -148,7 +148,6 @@ def _with_settings(
     compute: Compute | None,
     coupling: ModelCoupling | None,
 ) -> Experiment:
-    """Return the experiment with the settings of the run."""
     run_settings = experiment.run
     compute, coupling = compute or run_settings.compute, coupling or run_settings.coupling
     RunSettings(compute=compute, coupling=coupling)  # checks the values

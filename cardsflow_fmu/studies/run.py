@@ -272,7 +272,6 @@ def _write_best_run(study: Study, search: Search, folder: Path) -> Mapping[str, 
 
 
 def _tracking_unit(experiment: Experiment) -> str:
-    """Return the unit of the tracking error."""
     from cardsflow_fmu.cosim.signals.tracked_signals import tracked_signals, tracking_unit
 
     return tracking_unit(

@@ -94,7 +94,6 @@ def read_feedback(file: Path, robot: Robot, experiment: Path) -> MotionFeedback:
 
 
 def _feedback(columns: dict[str, FloatArray], robot: Robot) -> MotionFeedback:
-    """Return the feedback in the columns of a file."""
     present = [name for name in columns if name.startswith(_GAIN)]
     if not present:
         raise InputError("has no gains K")

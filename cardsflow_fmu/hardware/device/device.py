@@ -396,7 +396,6 @@ class Device:
     def _reply(
         self, kind: Kind, to: Frame, now: float, values: Sequence[float] | FloatArray = ()
     ) -> bytes:
-        """Return the bytes of an answer to a frame."""
         sent = int(now * 1e9)
         answer = Frame(
             kind, self._flags(), to.run_id, to.seq, self._time, sent, to.t_send_ns, values

@@ -86,7 +86,6 @@ def actuator_bounds(robot: Robot) -> tuple[FloatArray, FloatArray]:
 
 
 def _command_prefix_and_unit(motors: MotorSettings) -> tuple[str, str]:
-    """Return the prefix of the command names, and the unit of the commands."""
     if motors.command == "force":
         return "f", "N"
     letter, unit = ("theta", "rad") if motors.spindle_radius else ("l0", "m")

@@ -75,7 +75,6 @@ def _check_base(job: Job) -> None:
 
 
 def _simulation_time(result: Result, ready: float) -> float:
-    """Return the time of the simulation steps, in [s]."""
     factor = result.summary["real_time_factor"]
     return float(result.summary["duration"] / factor) if factor else time.perf_counter() - ready
 
