@@ -11,7 +11,8 @@ from scipy.sparse import csc_matrix
 from controllers.arrays import FloatArray
 
 _TOLERANCE = 1e-9
-_MAX_ITERATIONS = 150
+_MAX_ITERATIONS = 60
+_SMALL = 1e-6  # residuals after these iterations with which the solution is accepted
 
 
 class QuadraticProgram(NamedTuple):
@@ -68,7 +69,8 @@ class QpSolver:
     def __init__(self, in_stages: bool = True) -> None:
         import piqp  # late, since few commands need it
 
-        self._solver, self._solved, self._is_set_up = piqp.SparseSolver(), piqp.PIQP_SOLVED, False
+        self._solver, self._is_set_up = piqp.SparseSolver(), False
+        self._solved, self._is_last = piqp.PIQP_SOLVED, piqp.PIQP_MAX_ITER_REACHED
         settings = self._solver.settings
         if in_stages:
             settings.kkt_solver = piqp.KKTSolver.sparse_multistage
@@ -86,6 +88,7 @@ class QpSolver:
             *(qp.lb, qp.ub),
         )
         self._is_set_up = True
-        is_solved = self._solver.solve() == self._solved
-        result = self._solver.result
+        status, result = self._solver.solve(), self._solver.result
+        is_accurate = max(result.info.primal_res, result.info.dual_res) <= _SMALL
+        is_solved = status == self._solved or (status == self._is_last and is_accurate)
         return QpSolution(np.array(result.x), np.array(result.y), is_solved)

@@ -46,7 +46,9 @@ _MAX_LATER_VIOLATION = 10.0  # likewise, of attempts without such steps
 _NEAR = 1e-3  # violation below which a rejected step may be followed
 _ROUGH = 0.1  # violation up to which a motion can be corrected after the last iteration
 _FIRST_ITERATIONS = 60  # of an attempt that is not the last, while it violates constraints
-FLAT, FLAT_ITERATIONS = 1e-3, 20  # relative fall of the cost with which the iterations end
+FLAT, _FLAT_ITERATIONS = 1e-3, 20  # relative fall of the cost with which the iterations end
+_LARGE, _FLAT_OF_LARGE = 5000, 10  # variables of problems whose iterations may end earlier
+MANY_STATES = 100  # with which the first steps from a guess are not free
 _STALLED = 3  # iterations with relaxed constraints and without progress
 
 
@@ -149,12 +151,6 @@ def _rank(solution: Solution) -> tuple[bool, bool, float]:
     return not solution.is_feasible, solution.status == NOT_CONVERGED, worth
 
 
-def _is_flat(costs: list[float]) -> bool:
-    """Return whether costs after successive iterations hardly fall."""
-    fall = max(costs) - min(costs)
-    return len(costs) > FLAT_ITERATIONS and fall <= FLAT * abs(costs[-1])
-
-
 class Optimiser:
     """Solver of optimal-control problems.
 
@@ -210,7 +206,8 @@ class Optimiser:
         if others is not None:
             first = min(limit, _FIRST_ITERATIONS)
             more = ((each, 0, max(first, limit // 2)) for each in others)
-            attempts = chain([(guess, _FREE_STEPS, first)], more, attempts)
+            free = _FREE_STEPS if self.problem.x_low.shape[1] <= MANY_STATES else 0
+            attempts = chain([(guess, free, first)], more, attempts)
         best = None
         for start, free, most in attempts:
             solution = self._attempt(start, free, most, report, history, hessian)
@@ -250,8 +247,8 @@ class Optimiser:
                 status, share = self._iterate(state)
                 if share:
                     report(state, share)
-                costs = [*costs[-FLAT_ITERATIONS:], state.linearised.cost]
-                if k >= _FIRST_ITERATIONS and self._worst(state) < _ROUGH and _is_flat(costs):
+                costs.append(state.linearised.cost)
+                if self._is_flat(costs) and self._worst(state) < _ROUGH:
                     status = status or NEARLY_OPTIMAL
                 if status:
                     break
@@ -268,6 +265,13 @@ class Optimiser:
         return Solution(
             state.at, state.linearised, status, feasible, worst, tuple(history), hessian
         )
+
+    def _is_flat(self, costs: list[float]) -> bool:
+        """Return whether the last costs after iterations hardly fall."""
+        is_large = self.transcription.size > _LARGE
+        least, count = (0, _FLAT_OF_LARGE) if is_large else (_FIRST_ITERATIONS, _FLAT_ITERATIONS)
+        last = costs[-count - 1 :]
+        return len(costs) > max(least, count) and max(last) - min(last) <= FLAT * abs(last[-1])
 
     def _correct(self, state: _State, report: Callable[[_State, float], None]) -> None:
         """Satisfy the constraints near an iterate that nearly does."""

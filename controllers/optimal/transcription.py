@@ -20,6 +20,7 @@ from .stages import StageHessian
 
 _MAX_DURATION_CHANGE = 0.5  # per iteration, relative
 _PENALTY = 10.0  # of a relaxed constraint, relative to the largest gradient
+_UNLIMITED = 100.0  # scale of controls without a range, such as forces in [N]
 _FIXED = 1e3  # curvature of fixed values, which does not change the solution
 
 
@@ -50,7 +51,8 @@ class Transcription:
     """Quadratic programs of a problem. Variables: x0, u0, x1, u1, ..., xN, and the globals g.
 
     Globals are the free parameters and, if it is free, the duration. All variables are divided by
-    a scale: states, parameters and durations by 1 or their range, controls by half of their range.
+    a scale: states, parameters and durations by 1 or their range, controls by half of their range
+    or 100.
 
     Args:
         problem: The problem.
@@ -83,7 +85,7 @@ class Transcription:
     def _scales(self) -> None:
         problem = self.problem
         half = 0.5 * (problem.u_high - problem.u_low).max(axis=0)
-        self.u_scale: FloatArray = np.where(np.isfinite(half) & (half > 0.0), half, 1.0)
+        self.u_scale: FloatArray = np.where(np.isfinite(half) & (half > 0.0), half, _UNLIMITED)
         reach = np.maximum(abs(problem.x_low), abs(problem.x_high))
         reach = np.where(np.isfinite(reach), reach, 0.0).max(axis=0)
         self.x_scale: FloatArray = np.clip(reach, 1.0, 10.0)

@@ -17,6 +17,8 @@ from sim_dart.dynamics.core import CoreDynamics
 from .muscles import MotionControls, actuators, control_bounds
 from .problem import MotionProblem
 
+Rest = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+
 _MIN_LENGTH = 2e-3  # of a row, in [s]; gains change slowly
 _AT_REST = 1e-3  # speed, in [rad/s] or [m/s]
 _DRIFT = 1e-6  # change of a state at rest, in an interval of the gains
@@ -24,6 +26,8 @@ _CANNOT_HOLD = (
     "the robot rests at the end, but no forces within the bounds hold it there; change the goal, "
     "or set run.duration to the duration of the motion"
 )
+_SETTLING = 0.1  # time after the end in which muscles come to hold the robot, in [s]
+_DEPARTURE = 1e-3  # largest movement in this time without a note, in [rad] or [m]
 
 
 def motion_feedback(
@@ -53,7 +57,9 @@ def motion_feedback(
     hold = _hold(experiment, setup, at, linearised[-1], interval / parts)
     rests = abs(at.x[-1, n : 2 * n]).max() <= _AT_REST
     has_loops = bool(setup.dynamics.robot.loops)  # trajectory_feedback does not support them
-    notes = (_CANNOT_HOLD,) if rests and hold is None and not has_loops else ()
+    notes: tuple[str, ...] = (_CANNOT_HOLD,) if rests and hold is None and not has_loops else ()
+    if hold is not None and setup.shooting.laws.state_names:
+        notes += _departure(setup, at, hold, interval / parts)
     x, u, gain, weight = hold or (at.x[-1], at.u[-1], None, linearised[-1].Q)
     gains = gains_along(linearised, weight)
     gains = np.concatenate([gains, gains[-1:] if gain is None else gain[None]])
@@ -63,9 +69,31 @@ def motion_feedback(
     return _with_names(setup, times, states, controls, gains), notes
 
 
+def _departure(setup: MotionProblem, at: Iterate, hold: Rest, h: float) -> tuple[str, ...]:
+    """Return a note if the robot leaves its pose until its muscles hold it after the motion."""
+    problem, n, x = setup.problem, setup.dynamics.n, at.x[-1:]
+    most, (rest, u, gain, _) = np.zeros(n), hold
+    for _ in range(int(_SETTLING / h) + 1):
+        controls = np.clip(u + (rest - x) @ gain.T, problem.u_low[-1], problem.u_high[-1])
+        part = problem.dynamics.run(x, controls, np.array([h]), False, at.parameters)
+        if part is None:
+            break
+        x = part.ends
+        most = np.maximum(most, abs(x - rest)[0, :n])
+    k = int(most.argmax())
+    if most[k] <= _DEPARTURE:
+        return ()
+    joint = setup.dynamics.robot.coordinates[k]
+    interval = at.duration / problem.intervals
+    length = np.ceil(_SETTLING / interval - 1e-9) * interval
+    text = "the robot rests at the end, but its muscles do not hold it there yet: afterwards, "
+    text += f"{joint.name} moves by {most[k]:.2g} {joint.unit}"
+    return (f"{text}; with hold = {length:.4g} in the goal, less",)
+
+
 def _hold(
     experiment: Experiment, setup: MotionProblem, at: Iterate, last: Stage, h: float
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray] | None:
+) -> Rest | None:
     """Return state, controls, gain and weight of a rest at the end; None if it cannot rest."""
     assert experiment.motion is not None
     n, free, shooting = setup.dynamics.n, setup.free, setup.shooting

@@ -18,9 +18,9 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.optimal.problem import Iterate, NodeConstraint
 from controllers.optimal.sqp import (
     FLAT,
-    FLAT_ITERATIONS,
     INFEASIBLE,
     INTERRUPTED,
+    MANY_STATES,
     NEARLY_OPTIMAL,
     OPTIMAL,
     Optimiser,
@@ -256,8 +256,8 @@ def _remarks(solution: Solution, error: float) -> tuple[tuple[str, ...], tuple[s
     """Return notes and warnings about the end of the iterations and the error of an interval."""
     notes, warnings = tuple[str, ...](), tuple[str, ...]()
     if solution.status == NEARLY_OPTIMAL:
-        text = f"nearly optimal: the cost changed by less than {FLAT:.1%} in the last"
-        notes += (f"{text} {FLAT_ITERATIONS} iterations; --resume continues",)
+        text = f"nearly optimal: the cost changed by less than {FLAT:.1%} in the last iterations"
+        notes += (f"{text}; --resume continues",)
     elif solution.status != OPTIMAL:
         text = "the motion satisfies the constraints, but is not optimal"
         if not solution.is_feasible:
@@ -281,12 +281,13 @@ def _with_constraints(setup: MotionProblem, inner: Sequence[NodeConstraint]) -> 
 def _first_guess(setup: MotionProblem) -> Iterate:
     """Return a guess of the motion without obstacles, or the optimal one.
 
-    It is a smooth motion; with muscle states, or a free duration or robot, it is a rest, from which
-    fewer iterations are needed.
+    It is a smooth motion; with some muscle states, or a free duration or robot, it is a rest, from
+    which fewer iterations are needed.
     """
     free = without_obstacles(setup.problem)
     problem, laws = setup.problem, setup.shooting.laws
-    unknown = laws.state_names or problem.is_free_time or setup.free is not None
+    has_some = laws.state_names and setup.shooting.nx <= MANY_STATES
+    unknown = has_some or problem.is_free_time or setup.free is not None
     guess = setup.guess if unknown else smooth_guess(setup)
     if len(free.constraints) == len(setup.problem.constraints):
         return guess

@@ -40,6 +40,8 @@ type = "trajectory_feedback"
 coupling = "direct"
 """
 
+JOINTS = ("shoulder", "elbow")
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -181,6 +183,26 @@ def test_native_fmus_compute_the_same_bits(folder: Path, tmp_path: Path) -> None
     native = simulate(Experiment.load(folder, files))
     for name in ("q.joint_1", "qd.joint_2", "f.cable_1", "f.cable_3"):
         assert np.array_equal(direct[name], native[name])
+
+
+def test_note_states_how_far_the_arm_moves_until_its_muscles_hold_it(tmp_path: Path) -> None:
+    """As in the run; with a goal that holds, the muscles do so at the end of the motion."""
+    arm, q = EXAMPLES / "hill_arm", [0.9, 0.6]
+    own = {"motion.goals": [{"q": q}], "motion.duration": 0.25, "motion.intervals": 10}
+    motion = optimise(load_for_motion(arm, own))
+    (note,) = [each for each in motion.notes if "do not hold it" in each]
+    file, *_ = write_motion_files(motion, tmp_path / "motion.csv")
+    run = {"reference": {"type": "optimised", "file": str(file)}, "run.duration": 0.35}
+    run |= {"controller": {"type": "trajectory_feedback"}, "run.coupling": "direct"}
+    result = simulate(Experiment.load(arm, run))
+    rows = result["time"] >= 0.25
+    moved = [abs(result[f"q.{joint}"][rows] - q[k]).max() for k, joint in enumerate(JOINTS)]
+    k = int(np.argmax(moved))
+    stated = float(note.split(f"{JOINTS[k]} moves by ")[1].split()[0])
+    assert stated == pytest.approx(moved[k], rel=0.2)
+    held = {**own, "motion.goals": [{"q": q, "hold": 0.1}], "motion.duration": 0.35}
+    held["motion.intervals"] = 14
+    assert not any("do not hold it" in each for each in optimise(load_for_motion(arm, held)).notes)
 
 
 @pytest.mark.slow
