@@ -46,23 +46,23 @@ def add_robot_findings(
         return list(findings)
     checked = check_measured(robot)
     stuck = {finding.subject for finding in checked if finding.code in _CANNOT_MOVE}
-    kept = list(findings)
+    reported = list(findings)
     for finding in massless:
-        kept.append(replace(finding, severity="error") if finding.subject in stuck else finding)
-    if not any(finding.is_error for finding in (*kept, *checked)):
+        reported.append(replace(finding, severity="error") if finding.subject in stuck else finding)
+    if not any(finding.is_error for finding in (*reported, *checked)):
         # The check for file formats requires a robot without errors.
         checked += [finding for finding in sdf_losses(robot) if finding.is_error]
     follows = {
         (code, Subject(f.subject.kind, bare_name(f.subject.name)))
-        for f in kept
+        for f in reported
         for code in _CONSEQUENCES.get(f.code, ())
     }
-    kept = [finding for finding in kept if (finding.code, finding.subject) not in follows]
-    covered = {(finding.code, finding.subject) for finding in kept} | follows
+    reported = [finding for finding in reported if (finding.code, finding.subject) not in follows]
+    covered = {(finding.code, finding.subject) for finding in reported} | follows
     misnamed = [
         f.subject.name for f in checked if f.code in _OF_JOINTS and f.subject.kind == "joint"
     ]
-    return kept + [
+    return reported + [
         finding
         for finding in checked
         if (finding.code, finding.subject) not in covered

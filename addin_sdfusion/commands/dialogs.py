@@ -82,8 +82,8 @@ class Cell:
 
     def same_input(self, other: Cell) -> bool:
         """Return whether the same input can show the other cell."""
-        mine = bool(self.options), type(self.value), self.editable, self.icon, self.lines
-        return mine == (
+        properties = bool(self.options), type(self.value), self.editable, self.icon, self.lines
+        return properties == (
             bool(other.options),
             type(other.value),
             other.editable,

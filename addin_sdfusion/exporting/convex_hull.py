@@ -134,7 +134,7 @@ class _Facet:
         plane: Normal and offset; `n · p - offset` is positive if the facet is visible from p.
         doubt: Bound of the values whose sign is uncertain because of rounding.
         exact: Normal and offset as integers, computed on demand.
-        gone: Whether the facet is removed from the hull.
+        is_removed: Whether the facet is removed from the hull.
     """
 
     __slots__ = (
@@ -143,8 +143,8 @@ class _Facet:
         "doubt",
         "exact",
         "farthest",
-        "gone",
         "height",
+        "is_removed",
         "neighbours",
         "plane",
     )
@@ -156,7 +156,7 @@ class _Facet:
         self.height = -math.inf
         self.farthest = -1
         self.exact: tuple[_Triple, int] | None = None
-        self.gone = False
+        self.is_removed = False
         (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (points[i] for i in corners)
         ux, uy, uz = bx - ax, by - ay, bz - az
         vx, vy, vz = cx - ax, cy - ay, cz - az
@@ -198,7 +198,7 @@ class _Quickhull:
         waiting = deque(self._start)
         while waiting:  # the oldest first, so that all sides of the hull grow evenly
             facet = waiting.popleft()
-            point = None if facet.gone else self._next(facet)
+            point = None if facet.is_removed else self._next(facet)
             if point is not None:
                 seen, new = self._add(facet, point)
                 for other in seen:
@@ -222,7 +222,7 @@ class _Quickhull:
         """Add a point as a corner; return the removed facets and the new facets."""
         seen = self._visible_facets(facet, point)
         for other in seen:
-            other.gone = True
+            other.is_removed = True
         new = self._cone(seen, point)
         self._assign((i for other in seen for i in other.above if i != point), new)
         for other in seen:
@@ -245,7 +245,7 @@ class _Quickhull:
         starts: dict[int, _Facet] = {}
         for old in seen:
             for k, outer in enumerate(old.neighbours):
-                if not outer.gone:
+                if not outer.is_removed:
                     a, b = old.corners[k], old.corners[k - 2]
                     facet = starts[a] = _Facet((a, b, point), self._points)
                     facet.neighbours = [outer]

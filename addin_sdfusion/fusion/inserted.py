@@ -19,15 +19,15 @@ from .occurrences import Occurrences
 from .places import Places
 from .points import note_moved, own_attributes
 
-Held = list[tuple[str, Mapping[str, str]]]
+DesignAttributes = list[tuple[str, Mapping[str, str]]]
 """Path of the occurrence and attributes of each design; the first is the open design."""
 
 
 def attributes_of_designs(
     attributes: Mapping[str, str], occurrences: Occurrences, places: Places
-) -> Held:
+) -> DesignAttributes:
     """Return the attributes of the open design and of all inserted designs."""
-    of_designs: Held = [("", attributes)]
+    of_designs: DesignAttributes = [("", attributes)]
     for path, occurrence in occurrences.items():
         if places.is_inserted(path):
             inserted = optional(lambda: own_attributes(occurrence.component.parentDesign))  # noqa: B023
@@ -37,7 +37,7 @@ def attributes_of_designs(
 
 
 def read_kept(
-    of_designs: Held, occurrences: Occurrences, places: Places, notes: Notes
+    of_designs: DesignAttributes, occurrences: Occurrences, places: Places, notes: Notes
 ) -> Iterator[tuple[str, PointSnapshot]]:
     """Yield the points that are stored in designs, with the path of the inserted design.
 

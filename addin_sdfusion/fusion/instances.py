@@ -13,7 +13,7 @@ from ..muscles.stored import stored_muscles
 from ..robot.finding import Subject
 from ..robot.model.robot import WORLD
 from ..snapshot import MuscleSnapshot, PointSnapshot, SurfaceSnapshot
-from .inserted import Held
+from .inserted import DesignAttributes
 from .names import free_name
 from .notes import Notes
 
@@ -25,7 +25,7 @@ class Instances:
         muscles: Muscles of the open design, then of the inserted designs.
     """
 
-    def __init__(self, of_designs: Held, design: str, notes: Notes) -> None:
+    def __init__(self, of_designs: DesignAttributes, design: str, notes: Notes) -> None:
         """Read the lists of muscles of all designs."""
         (_, of_open_design), *inserted = (
             (path, stored_muscles(attributes, path or design, notes.findings))

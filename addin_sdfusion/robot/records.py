@@ -87,7 +87,7 @@ def from_plain(cls: type[Record], plain: Any, where: str) -> Record:
 class _Budget:
     """Number of bytes that the packed numbers of a record may still expand to."""
 
-    left: int
+    remaining: int
 
 
 def _record(cls: type[Record], plain: Any, where: str, budget: _Budget) -> Record:
@@ -202,8 +202,8 @@ def _inflate(packed: bytes, samples: array[Any], budget: _Budget) -> None:
     while not stream.eof:
         data = stream.decompress(packed, _PART)
         packed = stream.unconsumed_tail
-        budget.left -= len(data)
-        if budget.left < 0 or not (data or packed or stream.eof):
+        budget.remaining -= len(data)
+        if budget.remaining < 0 or not (data or packed or stream.eof):
             raise ValueError("truncated, or too many numbers")
         samples.frombytes(data)
 

@@ -48,7 +48,7 @@ class FitProgress:
     def _report(self) -> None:
         if self._progress is None:
             return
-        left = sum(self._expected * rows for rows in self._rows[self._stage + 1 :])
+        remaining = sum(self._expected * rows for rows in self._rows[self._stage + 1 :])
         if self._stage < len(self._rows):
-            left += self._rows[self._stage] * max(self._expected - self._iterations, 1)
-        self._progress(self._done, self._done + left)
+            remaining += self._rows[self._stage] * max(self._expected - self._iterations, 1)
+        self._progress(self._done, self._done + remaining)

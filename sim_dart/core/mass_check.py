@@ -24,16 +24,16 @@ def massless_coordinates(robot: Robot, M: FloatArray) -> list[str]:
     inertia, units = np.diag(M), np.array([c.unit for c in robot.coordinates])
     largest = {unit: inertia[units == unit].max() for unit in set(units)}
     zero = inertia <= [_ROUNDING * largest[unit] for unit in units]
-    left = [k for k in range(len(M)) if not zero[k]]
+    remaining = [k for k in range(len(M)) if not zero[k]]
     root = np.sqrt(np.where(zero, 1.0, inertia))
     A = M / np.outer(root, root)
-    while left:
-        best = max(left, key=lambda k: float(A[k, k]))
+    while remaining:
+        best = max(remaining, key=lambda k: float(A[k, k]))
         if A[best, best] <= _SINGULAR:
             break
-        left.remove(best)
+        remaining.remove(best)
         A = A - np.outer(A[:, best], A[best]) / A[best, best]
-    return [c.name for k, c in enumerate(robot.coordinates) if zero[k] or k in left]
+    return [c.name for k, c in enumerate(robot.coordinates) if zero[k] or k in remaining]
 
 
 def require_inertia(robot: Robot, M: FloatArray) -> None:

@@ -41,14 +41,14 @@ class Links:
     from_groups: bool
     findings: tuple[Finding, ...] = ()
 
-    def without(self, removed: Iterable[str]) -> Links:
+    def without(self, links: Iterable[str]) -> Links:
         """Return the links without some of them."""
-        gone = set(removed)
-        if not gone:
+        removed = set(links)
+        if not removed:
             return self
-        remaining = {path: link for path, link in self.of_occurrence.items() if link not in gone}
+        remaining = {path: link for path, link in self.of_occurrence.items() if link not in removed}
         return replace(
-            self, names=tuple(n for n in self.names if n not in gone), of_occurrence=remaining
+            self, names=tuple(n for n in self.names if n not in removed), of_occurrence=remaining
         )
 
 

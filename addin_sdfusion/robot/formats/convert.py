@@ -128,13 +128,13 @@ def _renamed_joints(robot: Robot, prepared: Robot) -> Iterator[Finding]:
 
 def _merged_links(robot: Robot, prepared: Robot) -> Iterator[Finding]:
     """Report links that were merged because the format has no fixed joints."""
-    left = {link.name for link in prepared.links}
-    gone = [link.name for link in robot.links if link.name not in left]
-    if gone:
+    written = {link.name for link in prepared.links}
+    merged = [link.name for link in robot.links if link.name not in written]
+    if merged:
         problem = (
             "the format has no fixed joints: links are merged into the link they are fixed to, "
             "without their far ends; a link fixed to the world loses its mass and meshes: "
-            f"{', '.join(gone)}"
+            f"{', '.join(merged)}"
         )
         yield warning(Subject("robot", robot.name), "links-merged", problem)
 

@@ -53,8 +53,8 @@ def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
 
 
 def _remove_locked(joint: Joint, positions: Mapping[str, float]) -> Joint:
-    left = tuple(c for c in joint.coordinates if c.name not in positions)
-    if left == joint.coordinates:
+    remaining = tuple(c for c in joint.coordinates if c.name not in positions)
+    if remaining == joint.coordinates:
         return joint
     before, R, p = Transform.of(joint.T_parent_joint), IDENTITY.R, IDENTITY.p
     motions: list[Motion] = []
@@ -69,12 +69,12 @@ def _remove_locked(joint: Joint, positions: Mapping[str, float]) -> Joint:
         if motion.kind == "rotation" and any(p):
             raise _between_rotations(joint, positions)
         axis = normalized(rotate(R, motion.axis))
-        motions.append(replace(motion, axis=axis, coordinate=left.index(coordinate)))
+        motions.append(replace(motion, axis=axis, coordinate=remaining.index(coordinate)))
     T_child_next = Transform.of(joint.T_child_joint).compose(Transform(R, p).inverse())
     return replace(
         joint,
         motions=tuple(motions),
-        coordinates=left,
+        coordinates=remaining,
         T_parent_joint=before.pose(),
         T_child_joint=T_child_next.pose(),
     )

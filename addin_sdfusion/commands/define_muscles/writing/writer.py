@@ -163,13 +163,13 @@ class Writer:
             raise InputError(f"a point of {row.muscle or row.name!r} cannot be written: {problem}")
 
     def _remove(self, before: MuscleTable, used: set[str]) -> None:
-        gone = []
+        deleted_points = []
         for row in _rows(before):
             point = self._points.get(row.entity)
             if row.entity in used or point is None:
                 continue
             if row.made:
-                gone.append((row, point))
+                deleted_points.append((row, point))
                 continue
             with ErrorContext(f"construction point {point.name!r}", self._homes.problem(row)):
                 attribute = point.attributes.itemByName(GROUP, POINT)
@@ -179,11 +179,11 @@ class Writer:
                     point.name
                 ):  # otherwise the name would be read as a point again
                     point.name = row.original or f"Unused {point.name}"
-        if gone:
-            why = next((why for row, _ in gone if (why := self._homes.problem(row))), "")
-            names = listed([point.name for _, point in gone])
+        if deleted_points:
+            why = next((why for row, _ in deleted_points if (why := self._homes.problem(row))), "")
+            names = listed([point.name for _, point in deleted_points])
             with ErrorContext(f"construction points {names}", why):
-                delete_points([point for _, point in gone])
+                delete_points([point for _, point in deleted_points])
 
     def _name(self, points: list[tuple[Any, Desired]]) -> None:
         """Set names and attributes; first rename points whose current name is needed by others."""

@@ -16,9 +16,9 @@ def _omitted_wraps(robot: Robot) -> Iterator[FeaturePlace]:
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     for muscle in robot.muscles:
         supported = supported_wraps(muscle, surfaces)
-        left = [repr(wrap.surface) for wrap in muscle.wraps if wrap not in supported]
-        if left:
-            words = {"count": len(left), "surfaces": ", ".join(left)}
+        unsupported = [repr(wrap.surface) for wrap in muscle.wraps if wrap not in supported]
+        if unsupported:
+            words = {"count": len(unsupported), "surfaces": ", ".join(unsupported)}
             yield FeaturePlace(Subject("muscle", muscle.name), words)
 
 

@@ -72,7 +72,7 @@ def read_trajectories(robot: str | Path) -> tuple[list[Trajectory], list[Finding
     """
     notes, findings = Notes(), []
     trajectories: dict[str, Trajectory] = {}
-    left = TRAJECTORY
+    remaining = TRAJECTORY
     try:
         file = trajectories_file(Path(robot))
         groups = {} if file is None else _nodes(file, notes)
@@ -87,8 +87,8 @@ def read_trajectories(robot: str | Path) -> tuple[list[Trajectory], list[Finding
                     problem = "another trajectory has this name; rename it"
                     raise InputError(problem, file=node.file, line=node.line)
                 if SPLINES.get(node.tag) == "samples":
-                    left -= _samples_file(node).stat().st_size
-                if left < 0:
+                    remaining -= _samples_file(node).stat().st_size
+                if remaining < 0:
                     raise InputError(TOO_MANY, file=node.file, line=node.line)
                 trajectories[name] = _valid_trajectory(node, space, notes)
             except InputError as error:

@@ -186,8 +186,8 @@ class Document:
             if parts:
                 names = ", ".join(repr(part.attribute("name", part.tag)) for part in parts[:10])
                 parts[0].warning("part-left-out", f"{len(parts)} of <{tag}> omitted: {names}")
-            for gone in parts if tag == "keyframe" else sections:
-                _remove(gone.element)
+            for unused in parts if tag == "keyframe" else sections:
+                _remove(unused.element)
         for node in self._all(*SOFT):
             problem = f"<{node.tag}> is omitted; save the model in MuJoCo, which expands it"
             node.warning("soft-body-left-out", problem)

@@ -25,13 +25,13 @@ class CarriedMeshes:
         folder: Folder of the robot file. Meshes outside it are not copied.
         files: Source file by its path relative to the robot folder, which does not change.
         names: Relative path by the URI in the robot.
-        left: Reason why a file is not copied, by the URI in the robot.
+        not_copied: Reason why a file is not copied, by the URI in the robot.
     """
 
     folder: Path
     files: dict[str, Path] = field(default_factory=dict)
     names: dict[str, str] = field(default_factory=dict)
-    left: dict[str, str] = field(default_factory=dict)
+    not_copied: dict[str, str] = field(default_factory=dict)
 
     @staticmethod
     def of(robot: Robot, folder: Path) -> CarriedMeshes:
@@ -44,7 +44,7 @@ class CarriedMeshes:
             try:
                 mesh_bytes(file, [folder])
             except InputError as error:
-                carried.left[uri] = error.problem
+                carried.not_copied[uri] = error.problem
                 continue
             name = file.resolve().relative_to(folder.resolve()).as_posix()
             carried.names[uri], carried.files[name] = name, file
@@ -73,7 +73,7 @@ class CarriedMeshes:
 
     def losses(self, robot: Robot) -> Iterator[Finding]:
         """Report the meshes that are not copied."""
-        for uri, reason in self.left.items():
+        for uri, reason in self.not_copied.items():
             problem = f"mesh {uri!r} is not copied: {reason}"
             yield warning(Subject("robot", robot.name), "mesh-not-carried", problem)
 

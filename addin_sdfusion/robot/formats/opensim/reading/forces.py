@@ -17,12 +17,12 @@ Change = Callable[[Node, Coordinate], Coordinate]
 def with_joint_forces(joints: Sequence[Joint], forces: Sequence[Node]) -> list[Joint]:
     """Return the joints with the forces at their coordinates; report unsupported forces."""
     coordinates = {c.name: c for joint in joints for c in joint.coordinates}
-    left: dict[str, list[Node]] = {}
+    unread: dict[str, list[Node]] = {}
     for node in forces:
         if not is_true(node, "appliesForce", True):
             continue
         if node.tag not in CHANGES:
-            left.setdefault(node.tag, []).append(node)
+            unread.setdefault(node.tag, []).append(node)
             continue
         name = last_part(text(node, "coordinate"))
         if name not in coordinates:
@@ -30,7 +30,7 @@ def with_joint_forces(joints: Sequence[Joint], forces: Sequence[Node]) -> list[J
             node.error("unknown-coordinate", problem)
         else:
             coordinates[name] = CHANGES[node.tag](node, coordinates[name])
-    for tag, nodes in left.items():
+    for tag, nodes in unread.items():
         names = ", ".join(repr(node.attribute("name", "")) for node in nodes[:10])
         problem = f"<{tag}> is not supported; {len(nodes)} omitted: {names}"
         nodes[0].warning("force-left-out", problem)
