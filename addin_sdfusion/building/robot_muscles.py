@@ -31,7 +31,6 @@ class RobotMuscles(NamedTuple):
     Attributes:
         cable_sets: One set with all muscles; empty if there are no muscles.
         task_sets: Sets of the task points and the markers, if any.
-        findings: Findings on the muscles.
     """
 
     cable_sets: tuple[CableSet, ...]

@@ -32,7 +32,6 @@ class ForcePolygon:
     """Feasible polygons of P poses: f = f_0 + N lam.
 
     Attributes:
-        poses: The poses.
         f_0: Smallest forces without limits, shape (P, m), in [N].
         N: Orthonormal basis of the null space, shape (P, m, 2).
         starts, ends: Ends of the edge on the line of every limit, lower limits first, shape

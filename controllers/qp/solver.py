@@ -39,18 +39,17 @@ def available_solvers() -> list[str]:
     return sorted([DUAL_NEWTON, *qpsolvers.available_solvers])
 
 
-def require_solver(name: str, *, key: str | None = None) -> str:
+def require_solver(name: str) -> str:
     """Check that a back end is installed and return its name.
 
     Args:
         name: `dual_newton`, or the name of a qpsolvers back end.
-        key: Settings key that contains the name, for the message.
 
     Raises:
         UnknownNameError: The back end does not exist or is not installed.
     """
     if name != DUAL_NEWTON and name not in (known := available_solvers()):
-        raise UnknownNameError("QP solver", name, known, key=key)
+        raise UnknownNameError("QP solver", name, known)
     return name
 
 

@@ -64,7 +64,6 @@ class Batch:
         InputError: A setting is invalid, or a robot is not supported.
 
     Attributes:
-        robot: The robot.
         n: Number of instances.
         step_size: Length of a step, in [s].
         q: Joint positions, shape (n, dofs), in [rad] or [m]. This and the following arrays are

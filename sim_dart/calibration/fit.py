@@ -35,8 +35,6 @@ class Fit:
         information: Information matrix H of theta in units of the prior, with eliminated start
             states, at the last linearisation, shape (P, P).
         windows: The fitted windows at z.
-        iterations: Number of iterations.
-        converged: Whether the iterations converged.
     """
 
     z: FloatArray

@@ -72,7 +72,6 @@ class Parameter:
 
     Attributes:
         name: Name, such as `muscles.biceps.via_points[1].x`.
-        kind: Kind of the parameter.
         item: Index of its muscle, link or coordinate.
         part: Indices of the via point and axis, or index of the number of an inertia.
         value: Value of the original robot, in `unit`; 0 for parameters of sensors.

@@ -62,7 +62,6 @@ class Edges(NamedTuple):
         grounding: Connections of links that are grounded to the component of another link. They are
             used only if no other connection exists.
         cut: The joints that the user has chosen to close loops, by name.
-        findings: Findings on the connections.
     """
 
     joints: tuple[Edge, ...]

@@ -33,7 +33,6 @@ class Links:
         of_occurrence: Link of each occurrence that belongs to a link, by path. It contains the
             root if the bodies of the root component are a link.
         from_groups: Whether rigid groups are links; otherwise components are links.
-        findings: Findings on the links.
     """
 
     names: tuple[str, ...]

@@ -20,7 +20,6 @@ class Roots(NamedTuple):
         links: Root of each tree, the base first. Trees that are not connected to the base are
             included, although they are an error, so that they are checked too.
         floating: The base, if it floats; otherwise empty.
-        findings: Findings on the roots.
     """
 
     links: tuple[str, ...]

@@ -44,7 +44,6 @@ class Tree(NamedTuple):
         branches: Links with their parent joints, parents first.
         closings: The edges at which closed loops are cut, by name.
         loops: Names of the joints of each closed loop.
-        findings: Findings on the tree.
     """
 
     branches: tuple[Branch, ...]

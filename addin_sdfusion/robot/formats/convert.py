@@ -54,7 +54,6 @@ class Format(NamedTuple):
     """File format that robots can be written in.
 
     Attributes:
-        name: Name of the format.
         losses: Function that returns findings on everything that the format cannot hold.
         write: Function that writes the files; raises RobotError if `losses` returns errors.
         prepare: Function that returns an equivalent robot that the format can hold.

@@ -49,7 +49,6 @@ class LoopPoint:
     """A condition on a point of each of two links.
 
     Attributes:
-        name: Name of the condition.
         parent, child: The links.
         kind: `point`: both points coincide; `line`: the point of the child is on a line through
             the point of the parent; `distance`: the points have a constant distance.

@@ -66,7 +66,6 @@ class MuscleTrajectory(NamedTuple):
         fibre_rates: At frames, shape (N, m), in [m/s].
         reserves: Torques at frames, shape (N, n), in [N·m] or [N].
         cost: The minimum.
-        iterations: Number of iterations.
         is_solved: Whether the optimality conditions hold.
     """
 

@@ -14,8 +14,6 @@ class TaskItem(NamedTuple):
     """Item of an operational space.
 
     Attributes:
-        tag: Tag of the element.
-        name: Name of the item.
         offset: Point on the link, in [m]; None for an orientation.
         letters: Letters of its axes.
     """

@@ -26,8 +26,6 @@ class Tendon:
     """Tendon of the model.
 
     Attributes:
-        row: Row of the tendon.
-        node: Element of the tendon.
         muscle: Path of the tendon, as a muscle without a muscle law.
         is_driven: Whether an actuator drives it.
     """

@@ -46,7 +46,6 @@ class CellReader:
         required: Names of the required columns.
         links: Names of all links; None to accept any name.
         hint: Text after the message about missing columns.
-        findings: Findings so far.
         line: Number of the current line.
     """
 

@@ -41,7 +41,6 @@ class MuscleTableReading:
 
     Attributes:
         document: Muscles and wrap surfaces, without the lines that have an error.
-        findings: Findings on the file.
         lines: Number of the first line of each muscle and wrap surface.
     """
 

@@ -21,7 +21,6 @@ class _PluginCoordinate:
     """Coordinate as the plugin defines it.
 
     Attributes:
-        name: Name of the coordinate.
         joint: Joint element of the motion.
         motion: Index of the motion in the merged joint.
         actuated: Whether the coordinate has a motor.

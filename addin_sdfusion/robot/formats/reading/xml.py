@@ -38,7 +38,6 @@ class Notes:
     """Findings and locations that a reader collects.
 
     Attributes:
-        findings: Findings on the files.
         locations: File and line of each object.
         files: Files that were read.
         elements: Total number of XML elements in these files.

@@ -53,7 +53,6 @@ class SdfWorld:
     """Static objects of an SDF world.
 
     Attributes:
-        objects: The shapes.
         ground: Height of a horizontal ground plane, in [m], or None.
         findings: Findings on errors and omitted elements, with file and line.
     """

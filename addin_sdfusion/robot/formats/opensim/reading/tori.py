@@ -41,7 +41,6 @@ class Torus(NamedTuple):
     """Torus about the z axis of its pose.
 
     Attributes:
-        node: Element of the torus.
         link: Link that it is fixed to.
         pose: Pose in the frame of the link.
         tube: Radius of the tube, in [m].
