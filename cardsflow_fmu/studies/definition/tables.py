@@ -28,8 +28,7 @@ from cardsflow_fmu.experiment.config.table import (
 )
 from cardsflow_fmu.experiment.settings.run import Compute
 
-from .variations import Listed as ListedValues
-from .variations import LogUniform, Normal, Range, Relative, Seed, Uniform
+from .variations import Kind, Range, Relative
 
 Sampler = Literal["grid", "list", "sobol", "latin_hypercube", "monte_carlo", "sensitivity"]
 Method = Literal["differential_evolution", "cma_es"]
@@ -150,20 +149,16 @@ class VarySettings(Table):
         """
         if self.box is not None:
             for axis, (a, b) in enumerate(zip(self.box.low, self.box.high, strict=True)):
-                yield f"[{axis}]", ListedValues((a,)) if a == b else Uniform(a, b)
-        elif self.values is not None:
-            yield "", ListedValues(self.values)
+                yield f"[{axis}]", Range("values", (a,)) if a == b else Range("uniform", (a, b))
         elif self.grid is not None:
             grid = np.linspace(self.grid.first, self.grid.last, self.grid.count)
-            yield "", ListedValues(tuple(grid.tolist()))
+            yield "", Range("values", tuple(grid.tolist()))
         elif self.seed:
-            yield "", Seed()
-        elif self.normal is not None:
-            yield "", Normal(*self.normal)
-        elif self.uniform is not None:
-            yield "", Uniform(*self.uniform)
+            yield "", Range("seed")
         else:
-            yield "", LogUniform(*self.loguniform)
+            kinds: tuple[Kind, ...] = ("values", "uniform", "loguniform", "normal")
+            kind = next(kind for kind in kinds if getattr(self, kind) is not None)
+            yield "", Range(kind, getattr(self, kind))
 
 
 _RANGE_KEYS = ("values", "grid", "uniform", "loguniform", "normal", "box", "seed")

@@ -5,78 +5,46 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 from scipy.special import ndtri
 
 from cardsflow_fmu.simulation.nominal_values import Nominal
 
 Relative = Literal["factor", "offset"]
+Kind = Literal["values", "uniform", "loguniform", "normal", "seed"]
 
 _EDGE = 2.0**-53  # the quantiles of a normal distribution at 0 and 1 are infinite
 
 
-class Range(Protocol):
-    """Range of the values of a variation."""
+@dataclass(frozen=True, slots=True)
+class Range:
+    """Range of the values of a variation.
+
+    Attributes:
+        kind: A list of values, a distribution, or a different integer for every run, from the seed
+            of the study.
+        values: The list, or the two parameters of the distribution.
+    """
+
+    kind: Kind
+    values: tuple[Any, ...] = ()
 
     def at(self, u: float) -> Any:
-        """Return the value at u, from 0 to 1."""
+        """Return the value at u, from 0 to 1: a quantile; values have equal shares of [0, 1).
 
-
-@dataclass(frozen=True, slots=True)
-class Listed:
-    """A list of values."""
-
-    values: tuple[Any, ...]
-
-    def at(self, u: float) -> Any:
-        """Return the value at u; each value has an equal share of [0, 1)."""
-        return self.values[min(int(u * len(self.values)), len(self.values) - 1)]
-
-
-@dataclass(frozen=True, slots=True)
-class Uniform:
-    """A uniform distribution."""
-
-    lower: float
-    upper: float
-
-    def at(self, u: float) -> float:
-        """Return the quantile."""
-        return self.lower + u * (self.upper - self.lower)
-
-
-@dataclass(frozen=True, slots=True)
-class LogUniform:
-    """A log-uniform distribution."""
-
-    lower: float
-    upper: float
-
-    def at(self, u: float) -> float:
-        """Return the quantile."""
-        return math.exp(Uniform(math.log(self.lower), math.log(self.upper)).at(u))
-
-
-@dataclass(frozen=True, slots=True)
-class Normal:
-    """A normal distribution."""
-
-    mean: float
-    deviation: float
-
-    def at(self, u: float) -> float:
-        """Return the quantile."""
-        return self.mean + self.deviation * float(ndtri(min(max(u, _EDGE), 1.0 - _EDGE)))
-
-
-@dataclass(frozen=True, slots=True)
-class Seed:
-    """A different integer for every run, from the seed of the study."""
-
-    def at(self, u: float) -> int:
-        """Return an arbitrary seed, for checks; `make_run` sets the seed of each run."""
-        return int(u * 2**32)
+        For a seed, it is arbitrary, for checks; `make_run` sets the seed of each run.
+        """
+        if self.kind == "values":
+            return self.values[min(int(u * len(self.values)), len(self.values) - 1)]
+        if self.kind == "seed":
+            return int(u * 2**32)
+        a, b = self.values
+        if self.kind == "normal":
+            return a + b * float(ndtri(min(max(u, _EDGE), 1.0 - _EDGE)))
+        if self.kind == "loguniform":
+            return math.exp(math.log(a) + u * (math.log(b) - math.log(a)))
+        return a + u * (b - a)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,15 +84,15 @@ class Variation:
     @property
     def is_listed(self) -> bool:
         """Whether the values are a list."""
-        return isinstance(self.range, Listed)
+        return self.range.kind == "values"
 
     @property
     def is_seed(self) -> bool:
         """Whether the variation is a seed, which differs in every run."""
-        return isinstance(self.range, Seed)
+        return self.range.kind == "seed"
 
     @property
     def listed(self) -> Sequence[Any]:
         """The list of values."""
-        assert isinstance(self.range, Listed)
+        assert self.is_listed
         return self.range.values

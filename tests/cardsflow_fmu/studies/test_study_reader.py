@@ -9,7 +9,7 @@ from support.small_studies import KP, ROOT, SHORT, small_study, write_study
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.studies import Study
-from cardsflow_fmu.studies.definition.variations import Listed, Uniform
+from cardsflow_fmu.studies.definition.variations import Range
 
 
 def vary(path: str, values: str = "values = [1.0]") -> str:
@@ -46,9 +46,9 @@ def test_a_box_is_one_variation_per_axis(tmp_path: Path) -> None:
     study = small_study(tmp_path, vary(path, text), "count = 2")
     assert [v.name for v in study.variations] == ["end[0]", "end[1]", "end[2]"]
     assert [v.range for v in study.variations] == [
-        Uniform(0.0, 0.1),
-        Listed((0.5,)),
-        Uniform(0.2, 0.4),
+        Range("uniform", (0.0, 0.1)),
+        Range("values", (0.5,)),
+        Range("uniform", (0.2, 0.4)),
     ]
 
 

@@ -12,7 +12,7 @@ from support.small_studies import small_study
 
 from cardsflow_fmu.studies.definition.sampling import Run, expand, run_count, run_seed, sample
 from cardsflow_fmu.studies.definition.study import Study
-from cardsflow_fmu.studies.definition.variations import Listed, LogUniform, Normal, Uniform
+from cardsflow_fmu.studies.definition.variations import Range
 
 TWO = """
 [[vary]]
@@ -75,12 +75,14 @@ def test_a_sobol_sequence_has_one_point_in_every_stripe_of_a_power_of_two() -> N
 
 
 def test_distributions_return_their_quantiles() -> None:
-    assert Uniform(2.0, 4.0).at(0.25) == 2.5
-    assert LogUniform(1.0, 100.0).at(0.5) == pytest.approx(10.0)
-    assert Normal(3.0, 2.0).at(0.5) == 3.0
-    assert Normal(0.0, 1.0).at(0.975) == pytest.approx(1.959963984540054)
-    assert np.isfinite([Normal(0.0, 1.0).at(u) for u in (0.0, 1.0)]).all()
-    assert [Listed(("a", "b")).at(u) for u in (0.0, 0.49, 0.5, 1.0)] == ["a", "a", "b", "b"]
+    assert Range("uniform", (2.0, 4.0)).at(0.25) == 2.5
+    assert Range("loguniform", (1.0, 100.0)).at(0.5) == pytest.approx(10.0)
+    assert Range("normal", (3.0, 2.0)).at(0.5) == 3.0
+    standard = Range("normal", (0.0, 1.0))
+    assert standard.at(0.975) == pytest.approx(1.959963984540054)
+    assert np.isfinite([standard.at(u) for u in (0.0, 1.0)]).all()
+    listed = Range("values", ("a", "b"))
+    assert [listed.at(u) for u in (0.0, 0.49, 0.5, 1.0)] == ["a", "a", "b", "b"]
 
 
 def test_seeds_of_runs_are_spawned_by_numpy(tmp_path: Path) -> None:
