@@ -89,7 +89,6 @@ class AdaptedFmu:
     def __init__(self, inner: Participant, external: ExternalFmu, ports: Sequence[Port]) -> None:
         _loaded.add(external.file)
         self.name = inner.name
-        self._inner = inner
         ports_by_name = {port.name: port for port in ports}
         units = {
             **inner.units,
@@ -112,6 +111,7 @@ class AdaptedFmu:
         self.inputs: FloatArray = inputs.to_experiment(inner.inputs)
         self.outputs: FloatArray = outputs.to_experiment(inner.outputs)
         self.step = inner.step  # converts nothing; the master makes the copies
+        self.close = inner.close
         self.c_step: CStep | None = getattr(inner, "c_step", None)
         self.incoming = [
             Copy(self.inputs, k, inner.inputs, k, Form.UNSCALED, change)
@@ -121,10 +121,6 @@ class AdaptedFmu:
             Copy(inner.outputs, k, self.outputs, k, Form.SCALED, change)
             for k, change in enumerate(outputs.changes)
         ]
-
-    def close(self) -> None:
-        """Free the FMU."""
-        self._inner.close()
 
 
 class _MappedPorts:
