@@ -11,7 +11,6 @@ import numpy as np
 from cardsflow_fmu.results.report.html import Markup, page, table
 from cardsflow_fmu.studies.definition.metrics import split_metric
 from cardsflow_fmu.studies.definition.rerun_command import metrics_command
-from cardsflow_fmu.studies.definition.sampling import has_range
 from cardsflow_fmu.studies.definition.study import Study
 
 from .plots import heat_map, histogram, search_history, sensitivity_bars
@@ -98,7 +97,7 @@ def _text(value: Any) -> str:
 
 def _heat_maps(study: Study, collected: Collected, units: Mapping[str, str]) -> Iterable[str]:
     """Yield a figure of every metric if the study has two numeric variations."""
-    names = [v.name for v in study.variations if has_range(v)]
+    names = [v.name for v in study.variations if v.has_range]
     if len(names) != 2 or not all(np.isfinite(collected.inputs[name]).all() for name in names):
         return
     x, y = (collected.inputs[name] for name in names)

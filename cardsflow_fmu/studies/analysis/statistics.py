@@ -12,7 +12,7 @@ from scipy import stats
 
 from cardsflow_fmu.studies.definition.metrics import split_metric
 from cardsflow_fmu.studies.definition.outcome import Outcome
-from cardsflow_fmu.studies.definition.sampling import Run, has_range
+from cardsflow_fmu.studies.definition.sampling import Run
 from cardsflow_fmu.studies.definition.study import Study
 from cardsflow_fmu.utils.arrays import FloatArray
 
@@ -112,7 +112,7 @@ def sensitivities(study: Study, collected: Collected) -> dict[str, dict[str, Any
     runs, `share` is the share of the variance caused by the variation itself, estimated from groups
     of runs.
     """
-    names = [v.name for v in study.variations if has_range(v)]
+    names = [v.name for v in study.variations if v.has_range]
     if study.sampler == "sensitivity" and study.optimise is None:
         assert study.count is not None
         return _sobol(names, study.count, collected)

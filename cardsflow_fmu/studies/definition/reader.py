@@ -83,8 +83,7 @@ def _leaves(path: list[str], value: Any) -> dict[str, Any]:
 
 def _can_search(variations: Sequence[Variation]) -> bool:
     """Return whether at least one variation has a range, and none is a seed."""
-    is_constant = [v.is_listed and len(v.listed) == 1 for v in variations]
-    return not all(is_constant) and not any(v.is_seed for v in variations)
+    return any(v.has_range for v in variations) and not any(v.is_seed for v in variations)
 
 
 def _sampling(
@@ -105,7 +104,7 @@ def _sampling(
         if count is not None:
             problem = f"is not used by {sampler!r}, whose values define the number of runs"
             raise context.error("count", f"{problem}; remove it")
-        sizes = [len(v.listed) for v in variations if v.is_listed]
+        sizes = [len(v.range.values) for v in variations if v.is_listed]
         if sampler == "list" and len(set(sizes)) > 1:
             problem = f"a list requires the same number of values in all variations, not {sizes}"
             raise context.error("vary", problem)

@@ -45,7 +45,7 @@ def expand(study: Study, fingerprint: str) -> Iterator[Run]:
 
 def run_count(study: Study) -> int:
     """Return the number of runs of a study with a sampler."""
-    sizes = [len(v.listed) for v in study.variations if v.is_listed]
+    sizes = [len(v.range.values) for v in study.variations if v.is_listed]
     if study.sampler == "grid":
         return int(np.prod(sizes, dtype=np.int64))
     if study.sampler == "list":
@@ -82,12 +82,7 @@ def values_at(variations: Sequence[Variation], u: Sequence[float]) -> list[Any]:
         u: One number from 0 to 1 for each variation with a range; the others are constant.
     """
     numbers = iter(u)
-    return [v.range.at(next(numbers)) if has_range(v) else v.range.at(0.0) for v in variations]
-
-
-def has_range(variation: Variation) -> bool:
-    """Return whether a variation has a range: it has more than one value and is not a seed."""
-    return not variation.is_seed and not (variation.is_listed and len(variation.listed) == 1)
+    return [v.range.at(next(numbers)) if v.has_range else v.range.at(0.0) for v in variations]
 
 
 def sample(sampler: str, dimensions: int, count: int, seed: int) -> FloatArray:
@@ -110,12 +105,12 @@ def sample(sampler: str, dimensions: int, count: int, seed: int) -> FloatArray:
 
 
 def _with_range(study: Study) -> list[Variation]:
-    return [v for v in study.variations if has_range(v)]
+    return [v for v in study.variations if v.has_range]
 
 
 def _rows(study: Study) -> Iterator[Sequence[Any]]:
     """Yield the values of all variations for every run; the values of seeds are not used."""
-    listed = [v.listed if v.is_listed else (0,) for v in study.variations]
+    listed = [v.range.values if v.is_listed else (0,) for v in study.variations]
     if study.sampler == "grid":
         yield from itertools.product(*listed)
         return

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -92,7 +91,6 @@ class Variation:
         return self.range.kind == "seed"
 
     @property
-    def listed(self) -> Sequence[Any]:
-        """The list of values."""
-        assert self.is_listed
-        return self.range.values
+    def has_range(self) -> bool:
+        """Whether it has more than one value and is not a seed."""
+        return not self.is_seed and not (self.is_listed and len(self.range.values) == 1)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cardsflow_fmu.studies.definition.outcome import Outcome
-from cardsflow_fmu.studies.definition.sampling import Run, has_range, make_run, values_at
+from cardsflow_fmu.studies.definition.sampling import Run, make_run, values_at
 from cardsflow_fmu.studies.definition.study import Study
 from cardsflow_fmu.studies.definition.tables import Optimise
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -44,7 +44,7 @@ def optimise(study: Study, fingerprint: str, run_generation: RunGeneration) -> S
     """Search for the best robot, once for each seed."""
     assert study.optimise is not None
     result, settings = Search(), study.optimise
-    dimensions = sum(has_range(variation) for variation in study.variations)
+    dimensions = sum(variation.has_range for variation in study.variations)
     for number in settings.seeds:
         history = result.history.setdefault(f"seed {number}", [])
         lowest = _VIOLATION
