@@ -9,7 +9,7 @@ import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, InputError, Robot
 from addin_sdfusion.robot.checks.check import require_valid
-from sim_dart.core.arrays import BoolArray, FloatArray
+from sim_dart.core.arrays import FloatArray
 from sim_dart.muscles.paths import MusclePaths
 
 from .curvature import curvature_deviations
@@ -338,9 +338,10 @@ def _split_windows(
         every = cut_windows(recordings, WINDOW)
         last = len(every) - len(every) // _HELD_OUT_PART
         windows, held_out = every[:last], every[last:]
-    count, limits = len(windows) + len(held_out), _LimitCheck(robot)
+    every = [*windows, *held_out]
+    reached = dict.fromkeys(name for window in every for name in _at_limits(robot, window))
     windows, held_out = (
-        [w for w in some if not limits.is_at_limit(w)] for some in (windows, held_out)
+        [w for w in some if not _at_limits(robot, w)] for some in (windows, held_out)
     )
     for name, some in (("to calibrate from", windows), ("to hold out", held_out)):
         if len(some) < (_MIN_MEASUREMENTS if some is windows else 2):
@@ -348,34 +349,18 @@ def _split_windows(
                 f"{', '.join(r.name for r in recordings)}: only {len(some)} windows of {WINDOW} s "
                 f"{name} have neither gaps nor joints at their limits; record for longer"
             )
-    out = count - len(windows) - len(held_out)
-    note = (
-        f"{out} of {count} windows are ignored, because {', '.join(limits.reached)} is at a limit"
-    )
+    out = len(every) - len(windows) - len(held_out)
+    note = f"{out} of {len(every)} windows are ignored, because {', '.join(reached)} is at a limit"
     return windows, held_out, [note] if out else []
 
 
-class _LimitCheck:
-    """Check for windows at joint limits, where stops cause forces that are not measured.
-
-    Attributes:
-        reached: Names of coordinates that reached a limit.
-    """
-
-    def __init__(self, robot: Robot) -> None:
-        self._names = [c.name for c in robot.coordinates]
-        self._lower = np.array([c.lower for c in robot.coordinates])
-        self._upper = np.array([c.upper for c in robot.coordinates])
-        self.reached: list[str] = []
-
-    def is_at_limit(self, window: Window) -> bool:
-        """Return whether any coordinate is at a limit within a window."""
-        poses = window.recording.poses[window.first : window.first + len(window.measured)]
-        beyond = np.maximum(self._lower - poses, poses - self._upper)
-        at: BoolArray = np.any((beyond > -_LIMIT_MARGIN) & (beyond < _MAX_BEYOND_LIMIT), axis=0)
-        names = [name for name, is_at in zip(self._names, at, strict=True) if is_at]
-        self.reached += [name for name in names if name not in self.reached]
-        return bool(names)
+def _at_limits(robot: Robot, window: Window) -> list[str]:
+    """Return the coordinates at a limit in a window: stops cause forces that are not measured."""
+    poses = window.recording.poses[window.first : window.first + len(window.measured)]
+    lower, upper = ([c.lower for c in robot.coordinates], [c.upper for c in robot.coordinates])
+    beyond = np.maximum(lower - poses, poses - upper)
+    at = np.any((beyond > -_LIMIT_MARGIN) & (beyond < _MAX_BEYOND_LIMIT), axis=0)
+    return [c.name for c, is_at in zip(robot.coordinates, at, strict=True) if is_at]
 
 
 def _shorten(windows: Sequence[Window], fraction: float) -> list[Window]:
