@@ -47,7 +47,6 @@ def fixed_energy(robot: Robot) -> float:
 
 
 def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Place]) -> Fields:
-    """Return the fields with the mass properties of the moving frames."""
     *bodies, _ = composite_inertias(robot, frames, places)
     return {
         "mass": [body.mass for body in bodies],

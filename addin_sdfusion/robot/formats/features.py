@@ -57,6 +57,17 @@ def of_surfaces(has: Callable[[WrapSurface], Any]) -> Finder:
     return lambda robot: _find_places("wrap_surface", robot.wrap_surfaces, has)
 
 
+def of_cylinders(has: Callable[[float], bool]) -> Finder:
+    """Return a finder that reports the robot once per cylinder with such a length."""
+
+    def find(robot: Robot) -> Iterator[FeaturePlace]:
+        for surface in robot.wrap_surfaces:
+            if surface.shape == "cylinder" and has(surface.length):
+                yield FeaturePlace(Subject("robot", robot.name), {"surface": surface.name})
+
+    return find
+
+
 def _find_places(
     kind: str, items: Iterable[Any], has: Callable[[Any], Any]
 ) -> Iterator[FeaturePlace]:
@@ -129,7 +140,7 @@ LINK_FRAMES = Feature(
 )
 JOINT_NAMES = Feature(
     "joint names that differ from coordinate names",
-    of_robot(lambda robot: _joint_names(robot)),
+    of_robot(lambda robot: joint_names(robot)),
     "names-left-out",
     "{format} uses the names of coordinates as names of joints; {names} omitted",
 )
@@ -353,7 +364,8 @@ def order(joint: Joint) -> Words:
     return {"count": len(joint.motions), "order": order}
 
 
-def _joint_names(robot: Robot) -> list[str]:
+def joint_names(robot: Robot) -> list[str]:
+    """Return the names of joints that are not the name of one of their coordinates."""
     return [
         joint.name
         for joint in robot.joints

@@ -257,7 +257,6 @@ class Writer:
 
 
 def _rows(table: MuscleTable) -> tuple[PointRow, ...]:
-    """Return the rows of all points."""
     return *table.points, *table.others
 
 

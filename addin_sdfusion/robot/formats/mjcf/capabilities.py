@@ -13,7 +13,7 @@ from ...model.joint import Coordinate
 from ...model.muscle import Muscle, Wrap
 from ...model.robot import Inertia, Link, Robot
 from ..capability import Capabilities, FeaturePlace, Finder, Row, changed, kept, omitted, rejected
-from ..features import Words, of_coordinates, of_links, of_muscles, of_robot
+from ..features import Words, of_coordinates, of_cylinders, of_links, of_muscles, of_robot
 from ..writing import wrap_ends
 from ..writing.plain_paths import with_markers
 from .write_bodies import MAX_NESTED, MotionJoint, chains_too_deep, coordinate_order, motion_joints
@@ -143,12 +143,6 @@ def _equal_bounds(muscle: Muscle) -> Words:
 def _equal_torques(c: Coordinate) -> Words:
     are_equal = c.actuated and c.is_free and c.tau_min == c.tau_max
     return {"torque": c.tau_min} if are_equal else {}
-
-
-def _ended_cylinders(robot: Robot) -> Iterator[FeaturePlace]:
-    for surface in robot.wrap_surfaces:
-        if surface.shape == "cylinder" and math.isfinite(surface.length):
-            yield FeaturePlace(Subject("robot", robot.name), {"surface": surface.name})
 
 
 def _wraps(robot: Robot, *, first: bool) -> Iterator[tuple[Muscle, Wrap]]:
@@ -308,7 +302,7 @@ MJCF = Capabilities(
             "cylinders with ends",
             "cylinder-ends-left-out",
             "MuJoCo's cylinders for wrapping have no ends; the ends of {surface!r} are ignored",
-            _ended_cylinders,
+            of_cylinders(math.isfinite),
         ),
         omitted(
             features.WRAPS,

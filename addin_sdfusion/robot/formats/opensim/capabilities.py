@@ -13,6 +13,7 @@ from .. import features
 from ..capability import Capabilities, FeaturePlace, changed, kept, omitted, rejected
 from ..features import (
     of_coordinates,
+    of_cylinders,
     of_joints,
     of_muscles,
     of_robot,
@@ -48,17 +49,7 @@ def _massless_links(robot: Robot) -> Iterator[FeaturePlace]:
 
 def _other_names(robot: Robot) -> list[str]:
     """Return the names of joints that are not kept, because the joint becomes a chain."""
-    return [
-        joint.name
-        for joint in robot.joints
-        if joint.name not in [c.name for c in joint.coordinates] and not is_one_joint(joint)
-    ]
-
-
-def _long_cylinders(robot: Robot) -> Iterator[FeaturePlace]:
-    for surface in robot.wrap_surfaces:
-        if surface.shape == "cylinder" and surface.length > ENDLESS:
-            yield FeaturePlace(Subject("robot", robot.name), {"surface": surface.name})
+    return [name for name in features.joint_names(robot) if not is_one_joint(robot.joint(name))]
 
 
 def _has_initial_outside_limits(c: Coordinate) -> bool:
@@ -202,7 +193,7 @@ OPENSIM = Capabilities(
             "cylinders without ends",
             "cylinder-has-ends",
             f"cylinder {{surface!r}} ends in OpenSim: it is {ENDLESS!r} m long",
-            _long_cylinders,
+            of_cylinders(lambda length: length > ENDLESS),
         ),
         changed(
             features.WRAPS,

@@ -47,7 +47,6 @@ def _link(node: Node, tag: str) -> str:
 def _motions_and_coordinates(
     node: Node, type_: str, actuated: bool
 ) -> tuple[tuple[Motion, ...], tuple[Coordinate, ...]]:
-    """Return the motions and coordinates of a joint."""
     name = node.subject.name
     if type_ == "fixed":
         for unused in node.all("axis", "limit"):

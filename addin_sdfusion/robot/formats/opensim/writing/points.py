@@ -124,7 +124,6 @@ def _add_moving(
 
 
 def _plus_constant(function: Function, by: float) -> Function:
-    """Return the function plus a constant."""
     if isinstance(function, Polynomial):
         first, *others = function.coefficients
         return Polynomial((first + by, *others))
