@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.results.viewer.scene.link_poses import link_poses, moved_point
 
 MUSCLES, EXPERIMENT = "muscles.csv", "experiment.json"
+_GAINS = "motion.gains.csv"
 
 
 def write_best(experiment: Experiment, folder: Path) -> list[str]:
@@ -44,7 +46,11 @@ def write_best(experiment: Experiment, folder: Path) -> list[str]:
     if experiment.fmus:
         notes.append(f"{EXPERIMENT}: not written, since the experiment has external FMUs")
     else:
-        files[EXPERIMENT] = _experiment_json(experiment)
+        data = _experiment_data(experiment)
+        if experiment.feedback is not None and experiment.controller.gains is not None:
+            files[_GAINS] = experiment.controller.gains.read_bytes()
+            data["controller"]["gains"] = _GAINS
+        files[EXPERIMENT] = (json_text(data, indent=1) + "\n").encode()
     write_files(folder, files)
     return notes
 
@@ -75,10 +81,10 @@ def muscle_table(robot: Robot) -> MuscleTable:
     return MuscleTable(tuple(rows), tuple(points))
 
 
-def _experiment_json(experiment: Experiment) -> bytes:
-    """Return the experiment as JSON, with the written robot instead of a changed robot."""
+def _experiment_data(experiment: Experiment) -> dict[str, Any]:
+    """Return the experiment with the written robot instead of a changed robot."""
     robot = experiment.robot
     data = {"path": "sdf/model.sdf", "cable_set": robot.cable_set, "gravity": list(robot.gravity)}
     if robot.task_set:
         data["operational_space"] = robot.task_set
-    return (json_text(experiment_data(experiment) | {"robot": data}, indent=1) + "\n").encode()
+    return experiment_data(experiment) | {"robot": data}

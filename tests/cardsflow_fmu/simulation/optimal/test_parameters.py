@@ -109,7 +109,8 @@ def _motion(*parameters: dict[str, Any]) -> str:
 def test_robot_with_the_found_parameters_is_written(cardsflow: CommandLine, file: Path) -> None:
     before = {path: path.read_bytes() for path in (file.parent / "robot").iterdir()}
     box = {"path": CABLE, "from": [0.02, 0.0, 0.5], "to": [0.25, 0.0, 0.95]}
-    code, out, err = cardsflow("optimise", file, "--set", _motion(box))
+    gains = "controller={type='trajectory_feedback'}"
+    code, out, err = cardsflow("optimise", file, "--set", _motion(box), "--set", gains)
     assert code == 0, err
     assert "hold" not in err  # the found robot can rest at the end
     assert f"{CABLE}.x: 0.1 -> 0.02 (at the smallest value)" in out
