@@ -180,7 +180,7 @@ def _experiment(path: Path) -> Experiment | None:
     from cardsflow_fmu.experiment.experiment import Experiment
 
     inside = (path / "experiment.toml").is_file() and not holds_robot(path)
-    return Experiment.load(path) if path.suffix == ".toml" or inside else None
+    return Experiment.load(path) if path.suffix in (".toml", ".json") or inside else None
 
 
 def _start_error(experiment: Experiment | None) -> CardsflowError | None:

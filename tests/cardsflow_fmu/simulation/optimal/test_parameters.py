@@ -114,7 +114,9 @@ def test_robot_with_the_found_parameters_is_written(cardsflow: CommandLine, file
     assert code == 0, err
     assert "hold" not in err  # the found robot can rest at the end
     assert f"{CABLE}.x: 0.1 -> 0.02 (at the smallest value)" in out
-    written = Experiment.load(file.parent / "motion_robot" / "experiment.json")
+    of_robot = file.parent / "motion_robot" / "experiment.json"
+    written = Experiment.load(of_robot)
+    assert cardsflow("check", of_robot)[0] == 0
     assert written.robot.muscles[0].via_points[1].position == pytest.approx((0.02, 0.0, 0.5))
     assert written.robot.muscles[1] == Experiment.load(file).robot.muscles[1]
     assert {path: path.read_bytes() for path in before} == before
