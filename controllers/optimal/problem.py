@@ -48,8 +48,12 @@ class IntervalDynamics(Protocol):
         h: FloatArray,
         derivatives: bool = True,
         parameters: FloatArray = NO_PARAMETERS,
+        nodes: IntArray | None = None,
     ) -> IntervalResult | None:
-        """Simulate k intervals of lengths h, shape (k,); None if a state diverged."""
+        """Simulate k intervals of lengths h, shape (k,); None if a state diverged.
+
+        Each begins at a node, or is a part of the interval that does (default: 0, 1, ...).
+        """
 
 
 @dataclass(frozen=True)
@@ -186,7 +190,8 @@ class OptimalProblem:
     ) -> IntervalResult | None:
         """Simulate shares of the intervals after some nodes, shape (k,), as for `run`."""
         lengths = shares * (at.duration / self.intervals)
-        return self.dynamics.run(at.x[nodes], at.u[nodes], lengths, derivatives, at.parameters)
+        x, u, p = at.x[nodes], at.u[nodes], at.parameters
+        return self.dynamics.run(x, u, lengths, derivatives, p, nodes)
 
     def clip(self, iterate: Iterate) -> Iterate:
         """Return the nearest iterate within the bounds of controls, duration, parameters and start.

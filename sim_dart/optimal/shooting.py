@@ -9,6 +9,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from addin_sdfusion.robot import CardsflowError, Robot, SimulationError
 from sim_dart.batch.threads import Threads
@@ -21,6 +22,7 @@ from sim_dart.muscles.laws import MuscleLaws
 
 from .parameters import RobotFamily, RobotNumbers
 
+Integers = NDArray[np.intp]
 _NO_PARAMETERS: FloatArray = np.zeros(0)
 _MIN_SHARED = 16  # intervals; fewer are simulated in one thread
 
@@ -47,11 +49,11 @@ def _bound() -> Any:
     core.core_shooting_open.argtypes = [pointer, pointer]
     core.core_shooting_open.restype = pointer
     core.core_shooting_run.argtypes = [
-        *(pointer, count, count, pointer, pointer, pointer, count, pointer, pointer, pointer)
+        *(pointer, count, pointer, pointer, pointer, pointer, count, pointer, pointer, pointer)
     ]
     core.core_shooting_rates.argtypes = [pointer, count, pointer, pointer, pointer, pointer]
     core.core_shooting_along.argtypes = [
-        *(pointer, count, count, pointer, pointer, pointer, pointer, pointer)
+        *(pointer, count, pointer, pointer, pointer, pointer, pointer, pointer)
     ]
     return core
 
@@ -64,7 +66,7 @@ class Shooting:
     the optimal motion.
 
     Args:
-        steps: Runge-Kutta steps in each interval.
+        steps: Runge-Kutta steps in an interval.
         with_laws: Whether muscles have their laws; otherwise driven muscles are ideal cables, whose
             commands are tensions.
         threads: Number of threads (default: number of processors, at most 8).
@@ -77,7 +79,7 @@ class Shooting:
         laws: Laws of the muscles, for the names and ranges of states and commands.
         driven: Indices of the driven muscles.
         nu: Number of controls.
-        steps: Runge-Kutta steps in each interval.
+        steps: Runge-Kutta steps in an interval: of all, or of each, shape (N,).
 
     Raises:
         CardsflowError: The robot has cable friction.
@@ -95,7 +97,8 @@ class Shooting:
             raise CardsflowError("optimal motions do not support cable friction; remove it")
         prepare = without_limits if with_laws else estimated_robot
         self._robot = prepare(robot)
-        self._threads, self.steps = Threads(threads, is_balanced=True), steps
+        self._threads = Threads(threads, is_balanced=True)
+        self.steps: int | Integers = steps
         self.n, self._m = len(robot.coordinates), len(robot.muscles)
         self._numbers = None if family is None else RobotNumbers(family, prepare)
         self._parameters = _NO_PARAMETERS if family is None else family.nominal.copy()
@@ -130,8 +133,8 @@ class Shooting:
         self._open()
 
     @contextmanager
-    def using(self, steps: int) -> Iterator[None]:
-        """Use another number of Runge-Kutta steps."""
+    def using(self, steps: int | Integers) -> Iterator[None]:
+        """Use other numbers of Runge-Kutta steps."""
         previous, self.steps = self.steps, steps
         try:
             yield
@@ -145,6 +148,7 @@ class Shooting:
         h: FloatArray,
         derivatives: bool = True,
         parameters: FloatArray = _NO_PARAMETERS,
+        nodes: Integers | None = None,
     ) -> Intervals | None:
         """Simulate k intervals.
 
@@ -154,14 +158,18 @@ class Shooting:
             h: Lengths of the intervals, shape (k,), in [s].
             derivatives: Whether to compute derivatives; otherwise A, B, c and D are empty.
             parameters: Values of the free parameters, shape (np,), for `use` (default: unchanged).
+            nodes: Indices of the intervals, for their numbers of steps, shape (k,) (default: all).
 
         Returns:
             The intervals; None if a state diverged.
         """
         if len(parameters):
             self.use(parameters)
-        result = self._simulate(x, u, h, self._inputs if derivatives else self._inputs[:0])
-        D = self._along_parameters(x, u, h) if result and derivatives else np.empty((len(h), 0, 0))
+        steps = self._steps_of(len(h), nodes)
+        inputs = self._inputs if derivatives else self._inputs[:0]
+        result = self._simulate(x, u, h, steps, inputs)
+        by_p = result is not None and derivatives
+        D = self._along_parameters(x, u, h, steps) if by_p else np.empty((len(h), 0, 0))
         if result is None or D is None:
             return None
         ends, rows = result
@@ -201,33 +209,41 @@ class Shooting:
             raise SimulationError("the rates of a state of the motion are not finite")
         return rates, tensions
 
+    def _steps_of(self, count: int, nodes: Integers | None) -> IntArray:
+        """Return the number of steps of each interval, shape (count,)."""
+        steps = np.asarray(self.steps, dtype=np.int32)
+        chosen = steps if nodes is None or not steps.ndim else steps[nodes]
+        return np.array(np.broadcast_to(chosen, count))
+
     def _simulate(
-        self, x: FloatArray, u: FloatArray, h: FloatArray, inputs: IntArray
+        self, x: FloatArray, u: FloatArray, h: FloatArray, steps: IntArray, inputs: IntArray
     ) -> tuple[FloatArray, FloatArray] | None:
         """Return the ends of intervals, and their derivatives by some inputs."""
         count = len(h)
         ends, rows = np.empty((count, self.nx)), np.empty((count, self.nx, len(inputs)))
-        arguments = *self._arguments(x, u, h), len(inputs), inputs.ctypes.data, ends, rows
-        is_sound = self._compute(_bound().core_shooting_run, count, self.steps, *arguments)
+        arguments = *self._arguments(x, u, h / steps), len(inputs), inputs.ctypes.data, ends, rows
+        is_sound = self._compute(_bound().core_shooting_run, count, steps, *arguments)
         if not is_sound or not np.isfinite(ends).all():
             return None
         if len(inputs):
-            rows[:, :, -1] /= self.steps  # by the length of the interval
+            rows[:, :, -1] /= steps[:, None]  # by the length of the interval
         return ends, rows
 
-    def _along_parameters(self, x: FloatArray, u: FloatArray, h: FloatArray) -> FloatArray | None:
+    def _along_parameters(
+        self, x: FloatArray, u: FloatArray, h: FloatArray, steps: IntArray
+    ) -> FloatArray | None:
         """Return the derivatives of the ends by the parameters, shape (k, nx, np)."""
         count = len(h)
         slopes = () if self._numbers is None else self._numbers.slopes(self._parameters)
         by_p = np.empty((len(slopes), count, self.nx))
-        arguments = self.steps, *self._arguments(x, u, h)
+        arguments = steps, *self._arguments(x, u, h / steps)
         for slope, rows in zip(slopes, by_p, strict=True):
             along = *arguments, slope.ctypes.data, rows
             if not self._compute(_bound().core_shooting_along, count, *along):
                 return None
         return by_p.transpose(1, 2, 0) if np.isfinite(by_p).all() else None
 
-    def _compute(self, function: Any, count: int, *arguments: FloatArray | int) -> bool:
+    def _compute(self, function: Any, count: int, *arguments: FloatArray | IntArray | int) -> bool:
         """Call a function of the core in threads; return whether it succeeds.
 
         Args:
@@ -246,7 +262,7 @@ class Shooting:
     def _arguments(
         self, x: FloatArray, u: FloatArray, h: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return lengths of steps, states and controls as the core needs them."""
+        """Return lengths of steps h, states and controls as the core needs them."""
         controls = np.zeros((len(h), self._m + self.n))
         controls[:, self._controls] = u
-        return np.ascontiguousarray(h / self.steps), np.ascontiguousarray(x), controls
+        return np.ascontiguousarray(h), np.ascontiguousarray(x), controls

@@ -72,10 +72,10 @@ def motion_feedback(
 def _departure(setup: MotionProblem, at: Iterate, hold: Rest, h: float) -> tuple[str, ...]:
     """Return a note if the robot leaves its pose until its muscles hold it after the motion."""
     problem, n, x = setup.problem, setup.dynamics.n, at.x[-1:]
-    most, (rest, u, gain, _) = np.zeros(n), hold
+    most, (rest, u, gain, _), last = np.zeros(n), hold, np.array([len(at.u) - 1])
     for _ in range(int(_SETTLING / h) + 1):
         controls = np.clip(u + (rest - x) @ gain.T, problem.u_low[-1], problem.u_high[-1])
-        part = problem.dynamics.run(x, controls, np.array([h]), False, at.parameters)
+        part = problem.dynamics.run(x, controls, np.array([h]), False, at.parameters, last)
         if part is None:
             break
         x = part.ends
@@ -104,7 +104,8 @@ def _hold(
     bounds = control_bounds(experiment, experiment.motion, dynamics, shooting)
     u, states = MotionControls(dynamics, shooting, bounds).at_rest(q)
     x = np.concatenate([q, np.zeros(n), states])
-    rest = setup.problem.dynamics.run(x[None], u[None], np.array([h]), True, at.parameters)
+    interval = np.array([len(at.u) - 1])
+    rest = shooting.run(x[None], u[None], np.array([h]), True, at.parameters, interval)
     if rest is None or abs(rest.ends[0] - x)[: 2 * n].max() > _DRIFT:
         return None
     stationary = stationary_gain(last._replace(A=rest.A[0], B=rest.B[0]))

@@ -20,6 +20,27 @@ from .problem import MotionProblem
 
 PARAMETER = "cardsflow.parameter_"
 _SAME_TIME = 1e-9  # in [s]
+_ROUNDING = 1e-9  # of the states of a robot at rest
+
+
+def motion_from_start(setup: MotionProblem) -> Iterate:
+    """Return the motion from the start with the controls of the rest.
+
+    The robot moves if `start_command` does not hold it. If it rests or leaves the bounds, the guess
+    is its rest.
+    """
+    problem, rest = setup.problem, setup.guess
+    x, h = rest.x.copy(), np.array([rest.duration / problem.intervals])
+    for k in range(problem.intervals):
+        node = np.array([k])
+        interval = setup.shooting.run(x[node], rest.u[node], h, False, nodes=node)
+        if interval is None:
+            return rest
+        x[k + 1] = interval.ends[0]
+    is_fixed = problem.x_low == problem.x_high
+    is_inside = is_fixed | ((x >= problem.x_low) & (x <= problem.x_high))
+    moves = abs(x - rest.x).max() > _ROUNDING
+    return rest._replace(x=x) if moves and is_inside.all() else rest
 
 
 def smooth_guess(setup: MotionProblem) -> Iterate:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from cardsflow_fmu.cosim.signals.muscles import modelled_muscles
 from cardsflow_fmu.cosim.signals.ports import motor_signals, muscle_signals, task_signals
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.motion.feedback import MotionFeedback
-from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.arrays import FloatArray, IntArray
 from controllers.optimal.problem import Iterate, NodeConstraint
 from controllers.optimal.sqp import (
     FLAT,
@@ -31,7 +32,7 @@ from sim_dart.dynamics.core import CoreDynamics
 
 from .diagnosis import infeasibility, require_reachable
 from .feedback import motion_feedback
-from .guess import PARAMETER, last_motion, smooth_guess
+from .guess import PARAMETER, last_motion, motion_from_start, smooth_guess
 from .muscles import below_reach
 from .obstacles.constraints import against_jumps, between_nodes, is_blocked, passages
 from .obstacles.detours import ROUGH, detours, rough_motion, without_obstacles
@@ -107,7 +108,7 @@ class _Refinement:
         tolerance = max(ROUGH_INTEGRATION, _OF_GAPS * float(abs(ends - at.x[1:]).max()))
         steps = self._setup.shooting.steps
         self._setup.refine(at, tolerance, ends=ends)
-        is_finer = self._setup.shooting.steps > steps
+        is_finer = bool(np.any(self._setup.shooting.steps > steps))
         self._pause = self._pause if is_finer else min(2 * self._pause, _MAX_PAUSE)
         self._left = self._pause
         return is_finer
@@ -175,6 +176,7 @@ class _Search:
         self._experiment, self._motion, self._progress = experiment, experiment.motion, progress
         self.iterations, self.seconds, self.history = 0, 0.0, list[tuple[Progress, int]]()
         self._previous: Solution | None = None
+        self._coarse: tuple[Solution, IntArray | int] | None = None  # before refinement
         self._rounds, self._is_blocked = 0, False
         last = None if resume is None else last_motion(resume, setup)
         first = _first_guess(setup) if last is None else last
@@ -196,6 +198,9 @@ class _Search:
             is_feasible = solution is not None and solution.is_feasible
             if not is_end and self._has_other_guess(solution if is_feasible else None):
                 continue
+            if not is_feasible and self._coarse is not None:
+                solution, self.setup.shooting.steps = self._coarse
+                return solution, self.setup.refine(solution.iterate, np.inf, is_final=True)
             if not is_feasible:
                 require_reachable(self._experiment, self.setup)
             _require_motion(self.setup, solution)
@@ -203,8 +208,10 @@ class _Search:
             at, steps = solution.iterate, self.setup.shooting.steps
             tolerance, ends = np.inf if is_end else _INTEGRATION_ERROR, solution.linearisation.ends
             error = self.setup.refine(at, tolerance, is_final=True, ends=ends)
-            if is_end or (self.setup.shooting.steps == steps and not self._constrain(at)):
+            is_accurate = not np.any(self.setup.shooting.steps != steps)
+            if is_end or (is_accurate and not self._constrain(at)):
                 return solution, error
+            self._coarse = None if is_accurate else (solution, steps)
             self._previous, self._guess, self._is_near = solution, at, True
 
     def _solve(self) -> Solution | None:
@@ -224,8 +231,9 @@ class _Search:
         return solution
 
     def _report(self, done: Progress) -> None:
-        self.history.append((done, self.setup.shooting.steps))
-        self._progress(done, self.setup.shooting.steps)
+        substeps = int(np.max(self.setup.shooting.steps))
+        self.history.append((done, substeps))
+        self._progress(done, substeps)
 
     def _has_other_guess(self, solution: Solution | None) -> bool:
         """Return whether there is another guess, after one without a motion or past obstacles."""
@@ -279,16 +287,8 @@ def _with_constraints(setup: MotionProblem, inner: Sequence[NodeConstraint]) -> 
 
 
 def _first_guess(setup: MotionProblem) -> Iterate:
-    """Return a guess of the motion without obstacles, or the optimal one.
-
-    It is a smooth motion; with some muscle states, or a free duration or robot, it is a rest, from
-    which fewer iterations are needed.
-    """
-    free = without_obstacles(setup.problem)
-    problem, laws = setup.problem, setup.shooting.laws
-    has_some = laws.state_names and setup.shooting.nx <= MANY_STATES
-    unknown = has_some or problem.is_free_time or setup.free is not None
-    guess = setup.guess if unknown else smooth_guess(setup)
+    """Return a guess of the motion without obstacles, or the optimal one."""
+    free, guess = without_obstacles(setup.problem), next(_guesses(setup))
     if len(free.constraints) == len(setup.problem.constraints):
         return guess
     return rough_motion(free, guess) or guess
@@ -298,7 +298,28 @@ def _other_guesses(setup: MotionProblem, first: Iterate) -> Iterator[Iterate]:
     """Yield guesses for a first one from which no motion is found."""
     if len(without_obstacles(setup.problem).constraints) < len(setup.problem.constraints):
         yield from detours(setup.problem, first, setup.shooting.n)
-    yield setup.guess if first is not setup.guess else smooth_guess(setup)
+    yield from islice(_guesses(setup), 1, None)
+
+
+def _guesses(setup: MotionProblem) -> Iterator[Iterate]:
+    """Yield guesses that ignore obstacles, in the order in which they are tried.
+
+    A smooth motion is the first one, but with some muscle states, a free duration or a free robot,
+    fewer iterations are needed from a rest. With rigid tendons, the motion with the commands of the
+    start leads to lower costs, since the robot may swing back first.
+    """
+    problem, names = setup.problem, setup.shooting.laws.state_names
+    is_free = problem.is_free_time or setup.free is not None
+    if not is_free and (not names or setup.shooting.nx > MANY_STATES):
+        yield smooth_guess(setup)
+        yield setup.guess
+        return
+    if not is_free and not any(name.startswith("fibre_length") for name in names):
+        moving = motion_from_start(setup)
+        if moving is not setup.guess:
+            yield moving
+    yield setup.guess
+    yield smooth_guess(setup)
 
 
 def _require_motion(setup: MotionProblem, solution: Solution | None) -> None:
@@ -342,18 +363,23 @@ def _samples(
 
 def _states(setup: MotionProblem, at: Iterate, times: FloatArray) -> FloatArray:
     """Return the states at some times, by one step from the Runge-Kutta step before each."""
-    shooting, steps = setup.shooting, setup.shooting.steps
-    h = at.duration / len(at.u) / steps
-    x, lengths = [at.x[:-1]], np.full(len(at.u), h)
+    shooting, N = setup.shooting, len(at.u)
+    steps = np.broadcast_to(shooting.steps, N)
+    h = at.duration / N / steps
+    x, p = [at.x[:-1]], at.parameters
     with shooting.using(1):
-        for _ in range(1, steps):
-            substep = shooting.run(x[-1], at.u, lengths, False, at.parameters)
+        for k in range(1, int(steps.max())):
+            more = np.flatnonzero(k < steps)
+            substep = shooting.run(x[-1][more], at.u[more], h[more], False, p)
             assert substep is not None
-            x.append(substep.ends)
-        starts = np.stack(x, axis=1).reshape(-1, at.x.shape[1])
-        step = np.minimum((times / h + 1e-9).astype(int), len(starts) - 1)
-        u = at.u[step // len(x)]
-        intervals = shooting.run(starts[step], u, times - step * h, False, at.parameters)
+            x.append(x[-1].copy())
+            x[-1][more] = substep.ends
+        node = np.minimum((times * (N / at.duration) + 1e-9).astype(int), N - 1)
+        since = times - node * (at.duration / N)
+        step = np.minimum((since / h[node] + 1e-9).astype(int), steps[node] - 1)
+        intervals = shooting.run(
+            np.stack(x)[step, node], at.u[node], since - step * h[node], False, p
+        )
     assert intervals is not None
     return intervals.ends
 

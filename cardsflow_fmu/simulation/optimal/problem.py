@@ -31,6 +31,7 @@ _MAX_REFINED = 8  # substeps up to which they are doubled automatically
 _MAX_STIFF = 64  # the same for final motions with a rough error, such as with stiff springs
 _MIN_GAIN = 5.0  # of the error by twice the substeps; 16 for smooth motions, 8 with elastic tendons
 _UNSTABLE = 1.0  # error of an interval whose substeps are too long, in rad, m, and their rates
+_REFINED_TOO = 0.03  # errors of intervals that early iterations refine too, relative to tolerance
 ROUGH_INTEGRATION = 1e-2  # error of an interval during the iterations, in rad, m, and their rates
 
 
@@ -63,7 +64,7 @@ class MotionProblem(NamedTuple):
         is_final: bool = False,
         ends: FloatArray | None = None,
     ) -> float:
-        """Double the substeps until the intervals are accurate.
+        """Double the substeps of inaccurate intervals until all intervals are accurate.
 
         More than 8 substeps are only used for stiff robots, and not for the wild motions of early
         iterations, in which they are doubled once. If they hardly reduce the error of the worst
@@ -79,31 +80,34 @@ class MotionProblem(NamedTuple):
         Returns:
             The largest error.
         """
-        first = steps = self.shooting.steps
+        first = steps = np.broadcast_to(self.shooting.steps, len(at.u))
         every = np.arange(len(at.u))
+        ends = self._ends(at, steps, every) if ends is None else ends
         fine = self._ends(at, 2 * steps, every)
-        errors = _errors(self._ends(at, steps, every) if ends is None else ends, fine)
+        errors, share = _errors(ends, fine), 1.0 if is_final else _REFINED_TOO
         while errors.max() > tolerance:
             is_stiff = is_final and errors.max() > ROUGH_INTEGRATION
             most = _MAX_STIFF if is_stiff else _MAX_REFINED
-            if steps >= (most if is_final else min(2 * first, most)):
-                break
-            worst = np.flatnonzero(errors >= max(tolerance, min(errors.max(), ROUGH_INTEGRATION)))
-            finer = self._ends(at, 4 * steps, worst)
-            after, before = _errors(fine[worst], finer), errors[worst]
-            if not ((after <= before / _MIN_GAIN) | (before > _UNSTABLE)).any():
-                if before.max() <= ROUGH_INTEGRATION:
+            can_double = steps < (most if is_final else np.minimum(2 * first, most))
+            bad = np.flatnonzero(can_double & (errors > share * tolerance))
+            finer = self._ends(at, 4 * steps, bad)
+            before, after = errors[bad], _errors(fine[bad], finer)
+            is_worst = before >= max(tolerance, min(errors.max(), ROUGH_INTEGRATION))
+            is_better = (after <= before / _MIN_GAIN) | (before > _UNSTABLE)
+            if not (is_worst & is_better).any():
+                worst = bad[is_worst]
+                if errors[worst].max(initial=0.0) <= ROUGH_INTEGRATION:
                     break
-                after = _errors(finer, self._ends(at, 8 * steps, worst))
-                if not (after <= before / _MIN_GAIN**2).any():
+                later = _errors(finer[is_worst], self._ends(at, 8 * steps, worst))
+                if not (later <= errors[worst] / _MIN_GAIN**2).any():
                     break
-            finer = self._ends(at, 4 * steps, every)
-            steps, fine, errors = 2 * steps, finer, _errors(fine, finer)
+            fine[bad], errors[bad] = finer, after
+            steps = np.where(np.isin(every, bad), 2 * steps, steps)
         self.shooting.steps = steps
         return float(errors.max())
 
-    def _ends(self, at: Iterate, steps: int, nodes: IntArray) -> FloatArray:
-        """Return the ends of intervals with a number of substeps; infinite if they diverge."""
+    def _ends(self, at: Iterate, steps: IntArray, nodes: IntArray) -> FloatArray:
+        """Return the ends of intervals with numbers of substeps; infinite if one diverges."""
         with self.shooting.using(steps):
             intervals = self.problem.run_inside(at, nodes, np.ones(len(nodes)), derivatives=False)
         return np.full_like(at.x[nodes], np.inf) if intervals is None else intervals.ends

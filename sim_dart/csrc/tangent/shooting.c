@@ -191,7 +191,7 @@ static int simulate(core_shooting *s, int32_t steps, double h, const double *sta
     return 0;
 }
 
-int core_shooting_run(core_shooting *s, int32_t count, int32_t steps, const double *h, const double *starts,
+int core_shooting_run(core_shooting *s, int32_t count, const int32_t *steps, const double *h, const double *starts,
                       const double *controls, int32_t directions, const int32_t *inputs, double *ends,
                       double *derivatives)
 {
@@ -199,7 +199,7 @@ int core_shooting_run(core_shooting *s, int32_t count, int32_t steps, const doub
     for (int32_t k = 0; k < count; k++) {
         s->controls = controls + (size_t)k * (s->m + s->n);
         if (s->across) begin(s, derivatives + (size_t)k * s->width * s->across);
-        if (simulate(s, steps, h[k], starts + (size_t)k * s->width, ends + (size_t)k * s->width)) return 1 + k;
+        if (simulate(s, steps[k], h[k], starts + (size_t)k * s->width, ends + (size_t)k * s->width)) return 1 + k;
     }
     return 0;
 }
@@ -236,7 +236,7 @@ static int simulate_along(core_tangent *t, int32_t steps, double h, const core_s
     return 0;
 }
 
-int core_shooting_along(core_shooting *s, int32_t count, int32_t steps, const double *h, const double *starts,
+int core_shooting_along(core_shooting *s, int32_t count, const int32_t *steps, const double *h, const double *starts,
                         const double *controls, const double *robot_changes, double *derivatives)
 {
     core_tangent *t = rate_jacobian_tangent(s->rates);
@@ -245,7 +245,7 @@ int core_shooting_along(core_shooting *s, int32_t count, int32_t steps, const do
     for (int32_t k = 0; k < count && !bad; k++) {
         const size_t row = (size_t)k * s->width;
         const double *u = controls + (size_t)k * (s->m + s->n);
-        if (simulate_along(t, steps, h[k], s, starts + row, u, derivatives + row)) bad = 1 + k;
+        if (simulate_along(t, steps[k], h[k], s, starts + row, u, derivatives + row)) bad = 1 + k;
     }
     core_tangent_change_robot(t, s->none);
     return bad;
@@ -265,7 +265,7 @@ core_shooting *core_shooting_open(core *plain, void *memory)
     return NULL;
 }
 
-int core_shooting_run(core_shooting *s, int32_t count, int32_t steps, const double *h, const double *starts,
+int core_shooting_run(core_shooting *s, int32_t count, const int32_t *steps, const double *h, const double *starts,
                       const double *controls, int32_t directions, const int32_t *inputs, double *ends,
                       double *derivatives)
 {

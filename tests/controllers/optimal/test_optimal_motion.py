@@ -42,6 +42,7 @@ class Mass:
         h: Floats,
         derivatives: bool = True,
         parameters: Floats = NO_PARAMETERS,
+        nodes: object = None,
     ) -> Ends:
         a = (u[:, 0] + parameters.sum()) / MASS
         ends = np.stack([x[:, 0] + h * x[:, 1] + 0.5 * h * h * a, x[:, 1] + h * a], axis=1)
@@ -65,6 +66,7 @@ class Oscillator:
         h: Floats,
         derivatives: bool = True,
         parameters: Floats = NO_PARAMETERS,
+        nodes: object = None,
     ) -> Ends:
         w, c, s = self._w, np.cos(self._w * h), np.sin(self._w * h)
         A = np.moveaxis(np.array([[c, s / w], [-w * s, c]]), 2, 0)

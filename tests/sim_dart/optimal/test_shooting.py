@@ -81,6 +81,25 @@ def test_results_do_not_depend_on_the_shares_of_threads() -> None:
             np.testing.assert_array_equal(each, other)
 
 
+def test_intervals_with_different_steps_equal_those_with_one_number(robot: Robot) -> None:
+    shooting, steps = Shooting(robot), np.arange(COUNT) % 4 + 1
+    x, u, h = _arguments(shooting)
+    _check_derivatives(shooting, x, u, h)
+    some = np.array([9, 2, 15])
+    with shooting.using(steps):
+        every, chosen = shooting.run(x, u, h), shooting.run(x[some], u[some], h[some], nodes=some)
+        _check_derivatives(shooting, x, u, h)
+    assert every is not None
+    assert chosen is not None
+    for k, number in enumerate(steps.tolist()):
+        alone = Shooting(robot, number).run(x[k : k + 1], u[k : k + 1], h[k : k + 1])
+        assert alone is not None
+        for each, expected in zip(every, alone, strict=True):
+            np.testing.assert_array_equal(each[k], expected[0])
+    for each, expected in zip(chosen, every, strict=True):
+        np.testing.assert_array_equal(each, expected[some])
+
+
 @pytest.mark.parametrize("is_elastic", [0, 1])
 def test_derivatives_with_muscle_laws_match_differences(is_elastic: int) -> None:
     """Commands, activations, also below their minimum, and fibre lengths of elastic muscles."""

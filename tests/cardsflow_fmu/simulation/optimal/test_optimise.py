@@ -7,6 +7,7 @@ import shlex
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from cardsflow_fmu.simulation.optimal.optimise import (
 )
 from cardsflow_fmu.simulation.optimal.problem import MotionProblem, motion_problem
 from cardsflow_fmu.utils.csv_table import read_csv
+from controllers.optimal.sqp import Optimiser, Solution
 from sim_dart import CoreDynamics, Plant
 
 PENDULUM = """<robot name="pendulum"><link name="base"/>
@@ -325,11 +327,51 @@ def test_rough_error_that_falls_by_the_second_doubling_is_reduced(
     monkeypatch.setattr(
         MotionProblem,
         "_ends",
-        lambda self, at, steps, nodes: np.full((len(nodes), 1), ends.get(steps, 0.0)),
+        lambda self, at, steps, nodes: np.array([[ends.get(steps[k], 0.0)] for k in nodes]),
     )
     setup = motion_problem(load_for_motion(file))
     assert setup.refine(setup.guess, 1e-5, is_final=True) == 1e-6
-    assert setup.shooting.steps == 8
+    assert (setup.shooting.steps == 8).all()
+
+
+def test_only_inaccurate_intervals_are_refined(file: Path) -> None:
+    """The last half of the motion rests; its error is 0 with a single step."""
+    problem = motion_problem(load_for_motion(file))
+    fast = problem.guess.x.copy()
+    fast[:10, 2:] = 20.0
+    error = problem.refine(problem.guess._replace(x=fast), 1e-3, is_final=True)
+    assert error < 1e-3
+    assert (problem.shooting.steps[:10] > 1).all()
+    assert (problem.shooting.steps[10:] == 1).all()
+
+
+def test_a_motion_that_cannot_be_refined_is_kept(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As with forces that jump: no motion is found with more substeps."""
+    solve, found = Optimiser.solve, list[Solution | None]()
+
+    def solve_once(self: Optimiser, *arguments: Any) -> Solution | None:
+        found.append(None if found else solve(self, *arguments))
+        return found[-1]
+
+    monkeypatch.setattr(Optimiser, "solve", solve_once)
+    motion = optimise(load_for_motion(file, {"motion.intervals": 10}))
+    assert found == [motion.solution, None]
+    note = f"the integration error of an interval is up to {_largest_error(motion):.2g}"
+    assert any(line.startswith(note) for line in (*motion.notes, *motion.warnings))
+
+
+def _largest_error(motion: OptimisedMotion) -> float:
+    """Return the largest change of the ends of intervals by twice the substeps."""
+    problem, at = motion.problem.problem, motion.solution.iterate
+    shooting, ends = motion.problem.shooting, []
+    for factor in (1, 2):
+        with shooting.using(factor * np.broadcast_to(shooting.steps, len(at.u))):
+            intervals = problem.run(at, derivatives=False)
+            assert intervals is not None
+            ends.append(intervals.ends)
+    return float(abs(ends[0] - ends[1]).max())
 
 
 def test_muscles_with_ranges_of_states_by_parameters_have_motions() -> None:

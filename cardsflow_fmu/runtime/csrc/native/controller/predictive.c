@@ -16,11 +16,12 @@ struct predictive {
     mpc *law;
     void *law_memory, *core_memory, *shooting_memory;
     core_shooting *shooting;
-    size_t n, m, a, r, N, steps, part_count;
+    size_t n, m, a, r, N, part_count;
     const uint32_t *motors;
     int32_t *inputs;    /* of core_shooting_run: actuators, then states */
+    int32_t *steps;     /* N: numbers of Runge-Kutta steps */
     double *controls;   /* N x (m + n): forces of muscles, generalised forces */
-    double *lengths;    /* N: of the Runge-Kutta steps, of which each interval has `steps` */
+    double *lengths;    /* N: of these steps */
     double *difference; /* 3 r: of the input from the parts at the tick */
     double time;        /* of the reference of the tick */
     double rate;        /* of this time; 1 unless reactions slow the reference down */
@@ -38,14 +39,14 @@ static int intervals(void *self, const double *h, const double *x, const double 
 {
     const struct predictive *p = self;
     for (size_t k = 0; k < p->N; k++) {
-        p->lengths[k] = h[k] / (double)p->steps;
+        p->lengths[k] = h[k] / p->steps[k];
         double *controls = p->controls + k * (p->m + p->n), *torques = controls + p->m;
         const double *f = forces + k * p->a;
         memcpy(controls, f, p->m * sizeof(double));
         for (size_t j = 0; j < p->n; j++) torques[j] = -load[j];
         for (size_t i = p->m; i < p->a; i++) torques[p->motors[i - p->m]] += f[i];
     }
-    return core_shooting_run(p->shooting, (int32_t)p->N, (int32_t)p->steps, p->lengths, x, p->controls,
+    return core_shooting_run(p->shooting, (int32_t)p->N, p->steps, p->lengths, x, p->controls,
                              (int32_t)(p->a + 2 * p->n), p->inputs, ends, derivatives);
 }
 
@@ -225,7 +226,7 @@ static int open_law(struct predictive *p, const struct controller *c)
     const size_t n = p->n, a = p->a, N = p->N;
     const mpc_model model = {p, intervals, tasks, preview, seconds};
     const size_t size = mpc_size((int)n, (int)a, (int)c->k, (int)N);
-    p->inputs = calloc(a + 2 * n, sizeof *p->inputs);
+    p->inputs = calloc(a + 2 * n + N, sizeof *p->inputs);
     p->controls = calloc(N * (p->m + n + 1) + 3 * p->r, sizeof *p->controls);
     if (!size || !p->inputs || !p->controls || !(p->law_memory = malloc(size)))
         return 1;
@@ -234,6 +235,8 @@ static int open_law(struct predictive *p, const struct controller *c)
     for (size_t i = 0; i < a; i++)
         p->inputs[i] = (int32_t)(2 * n + (i < p->m ? i : p->m + p->motors[i - p->m]));
     for (size_t i = 0; i < 2 * n; i++) p->inputs[a + i] = (int32_t)i;
+    p->steps = p->inputs + a + 2 * n;
+    for (size_t k = 0; k < N; k++) p->steps[k] = (int32_t)c->settings.plan_steps[0];
     p->law = mpc_open(&model, (int)n, (int)a, (int)c->k, (int)N, p->law_memory);
     return !p->law;
 }
@@ -252,7 +255,6 @@ int native_predictive_open(struct controller *c, struct native_model *native,
         return 1;
     }
     p->n = native->robot.n, p->m = native->robot.m, p->a = c->a, p->r = c->r, p->N = s->nodes[0];
-    p->steps = s->plan_steps[0];
     p->robot = &native->robot, p->motors = s->motors, p->tasks = tasks_of_loop;
     if (open_robot(p, s) || open_reference(p, s) || open_law(p, c)) {
         text_set(error, "native.bin does not match its controller, or this platform does not support derivatives");
