@@ -41,7 +41,6 @@ def library() -> ctypes.PyDLL:
     solver.dual_newton_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
     solver.dual_newton_array.restype = pointer
     solver.dual_newton_solve.argtypes = [pointer]
-    solver.dual_newton_steps.argtypes = [pointer]
     solver.minimize_largest.argtypes = [pointer, _Box, pointer, pointer, pointer]
     return solver
 
@@ -109,7 +108,7 @@ class DualNewton:
     def _open(self, handle: int) -> None:
         solver = library()
         self._handle = ctypes.c_void_p(handle)
-        self._solve, self._steps = solver.dual_newton_solve, solver.dual_newton_steps
+        self._solve = solver.dual_newton_solve
         self.H_diagonal, self.g, self.lb, self.ub, self.x, A = map(
             self._array, ("H_diagonal", "g", "lb", "ub", "x", "A")
         )
@@ -147,9 +146,3 @@ class DualNewton:
         low_, high_, *others = (vector.ctypes.data for vector in vectors)
         status: int = library().minimize_largest(self._handle, _Box(low_, high_), *others)
         return status
-
-    @property
-    def steps(self) -> int:
-        """Number of Newton steps of the last call."""
-        count: int = self._steps(self._handle)
-        return count

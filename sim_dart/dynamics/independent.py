@@ -65,7 +65,6 @@ class IndependentDynamics(CoreDynamics):
         self.q_min = np.where(self.dependent, -np.inf, self.q_min)
         self.q_max = np.where(self.dependent, np.inf, self.q_max)
         self._N = self._core.array("free_motion", self.n, self.n)
-        self._c = self._core.array("free_bias", self.n)
         self._all_damping, self.damping = self.damping, np.zeros(self.n)
 
     @property
@@ -95,11 +94,6 @@ class IndependentDynamics(CoreDynamics):
         """
         self._update(q)
         return self._N.copy()
-
-    def free_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """Return c(q, qd), shape (n,), in [rad/s²] or [m/s²]."""
-        self._update(q, qd)
-        return self._c.copy()
 
     def complete(self, q: ArrayLike, qd: ArrayLike, qdd: FloatArray) -> FloatArray:
         """Return the accelerations of all coordinates, N qdd + c, in [rad/s²] or [m/s²]."""

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from controllers.arrays import FloatArray
-from controllers.qp.dual_newton import DualNewton
+from controllers.qp.dual_newton import DualNewton, library
 
 STATUSES = ("solved", "infeasible", "not converged", "wrong cost", "wrong bounds", "wrong rows")
 """Statuses by their number in C."""
@@ -87,8 +87,9 @@ class BoxSolver(DualNewton):
             getattr(self, name)[...] = getattr(problem, name)
         self.softness[:] = 0.0 if problem.softness is None else problem.softness
         status = STATUSES[self.solve()]
+        steps = library().dual_newton_steps(self._handle)
         return BoxSolution(
-            *(self.x.copy(), self.multipliers.copy(), status, self.slack.copy(), self.steps),
+            *(self.x.copy(), self.multipliers.copy(), status, self.slack.copy(), steps),
             Residuals(*self.residuals.tolist()),
         )
 
