@@ -34,7 +34,7 @@ _ANSWER_FRACTION = 0.6
 _MAX_STATE_AGE = 2.0
 """Maximum age of the state on which control begins, in steps."""
 _MAX_RAMP_DELAY = 0.5
-"""Maximum time by which a ramp down may take longer than specified, in [s]."""
+"""Maximum time by which a ramp down in real time may take longer than specified, in [s]."""
 
 
 class HardwareSession:
@@ -168,8 +168,7 @@ class HardwareSession:
         if self._ended:
             raise HardwareError("the hardware has been stopped; reset to connect again")
         if self.mode == STARTING:
-            desired = self._start(t, desired)
-            self._wait_for_state(t, desired)
+            self._wait_for_state(t, self._start(t, desired))
             return
         self._time = t
         if self._settings.is_paced:
@@ -256,13 +255,14 @@ class HardwareSession:
 
     def _ramp_down(self) -> None:
         """Ramp the forces down; stop early if exchanges fail or the ramp takes too long."""
-        allowed = self._settings.max_missed if self._settings.is_paced else 0
-        end = self._clock.monotonic() + self._settings.ramp_down + _MAX_RAMP_DELAY
+        settings, paced = self._settings, self._settings.is_paced
+        allowed, delay = (settings.max_missed, _MAX_RAMP_DELAY) if paced else (0, settings.timeout)
+        end = self._clock.monotonic() + settings.ramp_down + delay
         t, lost = self._time, 0
         with suppress(CardsflowError, OSError):
             for forces in self._guard.ramp_down(self.step):
                 t += self.step
-                if self._settings.is_paced:
+                if paced:
                     self._pacer.wait(t)
                 exchange = self._send(t, forces, min(self._deadline(), end))
                 lost = 0 if exchange.state is not None else lost + 1

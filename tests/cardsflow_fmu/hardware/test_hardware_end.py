@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -24,8 +25,7 @@ from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.device.server import DeviceServer
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 from cardsflow_fmu.hardware.links import framed_link
-from cardsflow_fmu.hardware.session import session as sessions
-from cardsflow_fmu.hardware.session.session import RUNNING, STOPPED
+from cardsflow_fmu.hardware.session.session import RUNNING, STOPPED, HardwareSession
 from cardsflow_fmu.simulation.build import build
 
 FMI = ("2.0", "3.0")
@@ -102,13 +102,9 @@ def bench(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> Iterator[Bench]:
-    """Yield a run in progress in this process, or in a worker if a test requests it.
-
-    In this process, a pause neither shortens a ramp nor repeats a stop.
-    """
+    """Yield a run in progress in this process, or in a worker if a test requests it."""
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", getattr(request, "param", "in-process"))
-    monkeypatch.setattr(sessions, "_MAX_RAMP_DELAY", 60.0)
-    monkeypatch.setattr(framed_link, "_STOP_PERIOD", 60.0)
+    monkeypatch.setattr(framed_link, "_STOP_PERIOD", 60.0)  # a pause does not repeat a stop
     made = Experiment.load(PLANAR_2R, SETTINGS)
     device, over = emulated_device(made, made.hardware), threading.Event()
     with DeviceServer(device, "udp://127.0.0.1:0") as server:
@@ -211,7 +207,7 @@ def test_terminate_returns_when_the_device_is_gone(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In lockstep a step waits for an answer; a missing device is not an error here."""
-    monkeypatch.setattr(sessions, "_MAX_RAMP_DELAY", 0.1)
+    monkeypatch.setattr(HardwareSession, "_deadline", lambda self: time.monotonic() + 0.1)
     monkeypatch.setattr(framed_link, "_STOP_PERIOD", 0.01)
     bench.device.receive = lambda *anything: []  # type: ignore[method-assign]
     bench.host.slave.terminate()

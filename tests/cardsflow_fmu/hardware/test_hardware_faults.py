@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.hardware.virtual_link import World, live_in
+from support.hardware.virtual_link import INTRUDER, World, live_in
 from support.robots.robots import PLANAR_2R
 
 from cardsflow_fmu import Experiment, Result
@@ -344,10 +344,10 @@ def test_a_second_sender_is_rejected_without_effect(
         handshake = pack(Frame(Kind.HELLO, 0, 99, 0, 0.0, 1, 0, device.agreed.values()), world.key)
         for kind, run in ((Kind.SETPOINT, 99), (Kind.SETPOINT, device.run_id), (Kind.STOP, 99)):
             frame = Frame(kind, 0, run, 10_000, 0.0, 1, 0, [100.0] * 4)
-            world.line.send(pack(frame, world.key), "theirs", world.now)
+            world.line.send(pack(frame, world.key), INTRUDER, world.now)
         stop = Frame(Kind.STOP, 0, device.run_id, 0, 0.0, 1, 0, ())
-        world.line.send(pack(stop), "theirs", world.now)
-        world.line.send(handshake, "theirs", world.now)
+        world.line.send(pack(stop), INTRUDER, world.now)
+        world.line.send(handshake, INTRUDER, world.now)
 
     experiment = load(**key_file)
     events = {0.05 + k * 0.01: intrude for k in range(10)}

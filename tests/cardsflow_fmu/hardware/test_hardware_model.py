@@ -27,7 +27,6 @@ from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import Flag
 from cardsflow_fmu.hardware.protocol.handshake import Handshake
 from cardsflow_fmu.hardware.session import connect as connect
-from cardsflow_fmu.hardware.session import session as sessions
 from cardsflow_fmu.hardware.session.safety import TripError
 from cardsflow_fmu.hardware.session.session import (
     HOLDING,
@@ -44,7 +43,11 @@ from cardsflow_fmu.simulation.run import simulate
 FMI = ("2.0", "3.0")
 ARM = EXAMPLES / "roboy_left_arm"
 IN_PROCESS = {"hardware.link": "loopback:", "hardware.use": True}
-LOCKSTEP = IN_PROCESS | {"hardware.mode": "lockstep", "hardware.ramp_in": 0.0}
+LOCKSTEP = IN_PROCESS | {
+    "hardware.mode": "lockstep",
+    "hardware.ramp_in": 0.0,
+    "hardware.timeout": 60.0,
+}
 HOLDING_FORCES = np.array([41.0, 10.0, 10.0, 14.0])
 
 
@@ -62,7 +65,6 @@ def devices(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Device]]:
         return made[-1]
 
     monkeypatch.setattr(connect, "emulated_device", make)
-    monkeypatch.setattr(sessions, "_MAX_RAMP_DELAY", 60.0)  # a pause does not shorten a ramp
     yield made
     gc.collect()
     assert all(device.state in ("idle", "safe") for device in made)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import SimulationError
@@ -106,13 +107,11 @@ def served(
             thread.join()
 
 
-def rejection(uri: str, request: Handshake, key: bytes | None = None) -> str:
+def rejection(uri: str, request: Handshake) -> str:
     """Return why a device rejects a run. A paused device does not answer at first."""
-    while True:
-        try:
-            UdpLink(uri, key=key, timeout=1.0).open(request)
-        except HardwareError as error:
-            if "no device answers" not in str(error):
-                return str(error)
-        else:
-            raise AssertionError("the device has accepted the run")
+    for _ in range(30):
+        with pytest.raises(HardwareError) as caught, UdpLink(uri, timeout=1.0) as link:
+            link.open(request)
+        if "no device answers" not in str(caught.value):
+            return str(caught.value)
+    raise AssertionError("the device does not answer")

@@ -15,11 +15,27 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.settings.hardware import Faults
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.emulator.emulated_device import device_of
-from cardsflow_fmu.hardware.emulator.emulated_link import PEER, EmulatedLink, EmulatedWorld
+from cardsflow_fmu.hardware.emulator.emulated_link import EmulatedLink, EmulatedWorld
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
 from cardsflow_fmu.hardware.emulator.faults import FaultyLine
 from cardsflow_fmu.hardware.protocol.signals import actuator_bounds
 from cardsflow_fmu.hardware.session import connect
+
+INTRUDER = "theirs"
+"""Another peer."""
+
+
+class WatchedLine(FaultyLine):
+    """Line that keeps the answers to an intruder in a list."""
+
+    def __init__(self, device: Device, faults: Faults, intruders: list[bytes]) -> None:
+        super().__init__(device, faults)
+        self._intruders = intruders
+
+    def due(self, now: float) -> list[tuple[bytes, Hashable]]:
+        frames = super().due(now)
+        self._intruders += [data for data, peer in frames if peer == INTRUDER]
+        return [(data, peer) for data, peer in frames if peer != INTRUDER]
 
 
 class WatchedRobot(EmulatedRobot):
@@ -57,7 +73,7 @@ class World(EmulatedWorld):
         events: Functions by the time in [s] at which each is called once.
 
     Attributes:
-        intruders: Answers to other peers.
+        intruders: Answers to the intruder.
     """
 
     def __init__(
@@ -70,6 +86,7 @@ class World(EmulatedWorld):
         self.experiment, self.faults, self.key = experiment, faults, key
         self.intruders: list[bytes] = []
         super().__init__(self._make_device(), faults)
+        self.line = WatchedLine(self.device, faults, self.intruders)
         self._events = sorted(
             ((self.now + t, event) for t, event in (events or {}).items()), key=lambda e: e[0]
         )
@@ -82,7 +99,7 @@ class World(EmulatedWorld):
     def restart(self) -> None:
         """Replace the device by a new one."""
         self.device = self._make_device()
-        self.line = FaultyLine(self.device, self.faults)
+        self.line = WatchedLine(self.device, self.faults, self.intruders)
 
     def _next_event(self) -> float:
         return min([super()._next_event(), *(t for t, _ in self._events[:1])])
@@ -95,9 +112,6 @@ class World(EmulatedWorld):
         if self.device.moves_in_real_time and self.device.state == "running":
             last, _ = self.robot.applied[-1]
             assert self.now - last <= self.device.watchdog + 1e-9
-
-    def _deliver(self, data: bytes, peer: Hashable) -> None:
-        (self.answers if peer == PEER else self.intruders).append(data)
 
 
 def live_in(monkeypatch: pytest.MonkeyPatch, world: World) -> None:
