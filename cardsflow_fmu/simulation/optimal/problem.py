@@ -66,7 +66,7 @@ class MotionProblem(NamedTuple):
     ) -> float:
         """Double the substeps of inaccurate intervals until all intervals are accurate.
 
-        More than 8 substeps are only used for stiff robots, and not for the wild motions of early
+        More than 8 substeps are only used for rough errors, and not for the wild motions of early
         iterations, in which they are doubled once. If they hardly reduce the error of the worst
         intervals, since the forces jump, they are not doubled; rough errors may also fall with
         twice as many again.
@@ -86,9 +86,8 @@ class MotionProblem(NamedTuple):
         fine = self._ends(at, 2 * steps, every)
         errors, share = _errors(ends, fine), 1.0 if is_final else _REFINED_TOO
         while errors.max() > tolerance:
-            is_stiff = is_final and errors.max() > ROUGH_INTEGRATION
-            most = _MAX_STIFF if is_stiff else _MAX_REFINED
-            can_double = steps < (most if is_final else np.minimum(2 * first, most))
+            most = np.where(errors > ROUGH_INTEGRATION, _MAX_STIFF, _MAX_REFINED)
+            can_double = steps < (most if is_final else np.minimum(2 * first, _MAX_REFINED))
             bad = np.flatnonzero(can_double & (errors > share * tolerance))
             finer = self._ends(at, 4 * steps, bad)
             before, after = errors[bad], _errors(fine[bad], finer)
@@ -96,7 +95,7 @@ class MotionProblem(NamedTuple):
             is_better = (after <= before / _MIN_GAIN) | (before > _UNSTABLE)
             if not (is_worst & is_better).any():
                 worst = bad[is_worst]
-                if errors[worst].max(initial=0.0) <= ROUGH_INTEGRATION:
+                if not is_final or errors[worst].max(initial=0.0) <= ROUGH_INTEGRATION:
                     break
                 later = _errors(finer[is_worst], self._ends(at, 8 * steps, worst))
                 if not (later <= errors[worst] / _MIN_GAIN**2).any():
