@@ -5,21 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
 
 from addin_sdfusion.building.build_robot import link_of
 from addin_sdfusion.muscles.csv_reader import read_csv
 from addin_sdfusion.muscles.table import MuscleTable
-from addin_sdfusion.robot import WORLD, InputError, Vector3, limits
+from addin_sdfusion.robot import WORLD, InputError, limits
 from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.finding_builders import listed
-from addin_sdfusion.robot.model.rotations import normalized
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import (
     ROOT,
     DesignSnapshot,
     JointSnapshot,
-    MotionSnapshot,
     PointSnapshot,
     SourceSnapshot,
 )
@@ -27,12 +24,8 @@ from addin_sdfusion.snapshot import (
 from .assembly import Assembly, Material
 from .kernel import MILLIMETRE
 from .step_file import read_step
-from .step_wraps import read_wraps, wrap_surfaces
+from .step_wraps import wrap_surfaces
 from .tables import Cell, JointRow, find_place, read_joints, read_materials
-
-_X: Vector3 = (1.0, 0.0, 0.0)
-_Y: Vector3 = (0.0, 1.0, 0.0)
-_Z: Vector3 = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -76,7 +69,7 @@ def step_design(file: Path, tables: Tables, settings: ExportSettings) -> DesignS
         snapshot = _with_muscles(snapshot, tables.muscles)
     if tables.wraps is not None:
         names = [muscle.name for muscle in snapshot.muscles]
-        surfaces = wrap_surfaces(read_wraps(tables.wraps), assembly, names)
+        surfaces = wrap_surfaces(tables.wraps, assembly, names)
         snapshot = replace(snapshot, surfaces=surfaces)
     return snapshot
 
@@ -108,31 +101,8 @@ def _joint(row: JointRow, assembly: Assembly) -> JointSnapshot:
     if child == parent:
         raise row.child.error("is the same part as the parent")
     return JointSnapshot(
-        row.name.text, row.kind, child, parent, row.origin, row.origin, _motions(row)
+        row.name.text, row.kind, child, parent, row.origin, row.origin, row.motions
     )
-
-
-def _motions(row: JointRow) -> tuple[MotionSnapshot, ...]:
-    """Return the motions of a joint, in order from parent to child."""
-    axis = normalized(row.axis) if row.axis else _Z
-
-    def motion(
-        kind: Literal["rotation", "translation"], axis: Vector3, role: str = ""
-    ) -> MotionSnapshot:
-        limits = row.value, row.lower, row.upper
-        snapshot = MotionSnapshot(kind, axis, *limits, role, row.damping, row.friction)
-        return replace(snapshot, effort=row.effort, velocity=row.velocity)
-
-    if row.kind == "revolute":
-        return (motion("rotation", axis),)
-    if row.kind == "slider":
-        return (motion("translation", axis),)
-    if row.kind == "cylindrical":
-        return motion("rotation", axis, "rotation"), motion("translation", axis, "slide")
-    if row.kind == "ball":
-        axes = ((_X, "pitch"), (_Y, "yaw"), (_Z, "roll"))
-        return tuple(motion("rotation", axis, role) for axis, role in axes)
-    return ()
 
 
 def _with_muscles(snapshot: DesignSnapshot, file: Path) -> DesignSnapshot:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal, TypeVar
 
@@ -41,38 +41,12 @@ _ANSWERS = {
 Value = TypeVar("Value")
 
 
-@dataclass(frozen=True)
-class WrapRow:
-    """Row of the table: a muscle that wraps over a face.
-
-    Attributes:
-        name: Name of the surface; the same for all muscles that wrap over it.
-        near: Point near the face in the root frame, in [m]; None if an earlier row specifies it.
-        use: Segment, side, turns and inside.
-    """
-
-    name: Cell
-    part: Cell
-    near: Vector3 | None
-    muscle: Cell
-    use: WrapUse
-
-
-def read_wraps(file: Path) -> tuple[WrapRow, ...]:
-    """Read a table of wraps."""
-    required = ("name", "part", "muscle", "after")
-    rows = read_rows(file, required, ("x", "y", "z", "side", "turns", "inside"))
-    return tuple(_wrap(row) for row in rows)
-
-
-def _wrap(row: Mapping[str, Cell]) -> WrapRow:
+def _wrap(row: Mapping[str, Cell]) -> WrapUse:
     side, inside = _option(row, "side", _SIDES), _option(row, "inside", _ANSWERS)
     turns = row["turns"].whole() if "turns" in row else 0
-    use = WrapUse(row["muscle"].text, row["after"].whole(), side, turns, inside)
-    if use.inside and (side or turns):
+    if inside and (side or turns):
         raise row["inside"].error("a muscle inside its surface cannot have a side or turns")
-    near = vector(row, ("x", "y", "z"), METRES)
-    return WrapRow(row["name"], row["part"], near, row["muscle"], use)
+    return WrapUse(row["muscle"].text, row["after"].whole(), side, turns, inside)
 
 
 def _option(row: Mapping[str, Cell], column: str, options: Mapping[str, Value]) -> Value:
@@ -83,37 +57,42 @@ def _option(row: Mapping[str, Cell], column: str, options: Mapping[str, Value]) 
 
 
 def wrap_surfaces(
-    rows: Collection[WrapRow], assembly: Assembly, muscles: Collection[str]
+    file: Path, assembly: Assembly, muscles: Collection[str]
 ) -> tuple[SurfaceSnapshot, ...]:
     """Return the surfaces of a table, each with all muscles that wrap over it.
+
+    Rows of one surface have the same name; the first one has a point near its face.
 
     Raises:
         InputError: A part, face or muscle does not exist; the message states the line.
     """
+    required = ("name", "part", "muscle", "after")
     by_name: dict[str, SurfaceSnapshot] = {}
-    for row in rows:
-        if row.muscle.text not in muscles:
-            raise row.muscle.error(unknown("muscle", row.muscle.text, list(muscles)))
-        surface = by_name.get(row.name.text) or _surface(row, assembly)
-        use = surface.use or SurfaceUse(row.name.text)
-        by_name[row.name.text] = replace(surface, use=replace(use, muscles=(*use.muscles, row.use)))
+    for row in read_rows(file, required, ("x", "y", "z", "side", "turns", "inside")):
+        wrap, near = _wrap(row), vector(row, ("x", "y", "z"), METRES)
+        if wrap.muscle not in muscles:
+            raise row["muscle"].error(unknown("muscle", wrap.muscle, list(muscles)))
+        name = row["name"].text
+        surface = by_name.get(name) or _surface(row["name"], row["part"], near, assembly)
+        use = surface.use or SurfaceUse(name)
+        by_name[name] = replace(surface, use=replace(use, muscles=(*use.muscles, wrap)))
     return tuple(by_name.values())
 
 
-def _surface(row: WrapRow, assembly: Assembly) -> SurfaceSnapshot:
-    """Return the face of a row's part that is closest to its point."""
-    if row.near is None:
-        raise row.name.error("a point near the face is missing: columns x, y, z")
-    part = find_place(row.part, assembly)
-    faces = [(_distance(face, row.near), place, face) for place, face in _faces(part, assembly)]
+def _surface(name: Cell, part: Cell, near: Vector3 | None, assembly: Assembly) -> SurfaceSnapshot:
+    """Return the face of a part that is closest to a point."""
+    if near is None:
+        raise name.error("a point near the face is missing: columns x, y, z")
+    whole = find_place(part, assembly)
+    faces = [(_distance(face, near), place, face) for place, face in _faces(whole, assembly)]
     if not faces:
-        raise row.part.error(f"part {part.path!r} has neither cylinder nor sphere faces")
+        raise part.error(f"part {whole.path!r} has neither cylinder nor sphere faces")
     distance, place, face = min(faces, key=lambda candidate: candidate[0])
     if distance > face.radius * (1.0 + 1e-6):
         problem = f"the nearest cylinder or sphere face is {1000 * distance:.3g} mm away"
-        raise row.name.error(f"{problem}; use a point on the face or on its axis")
+        raise name.error(f"{problem}; use a point on the face or on its axis")
     where = face.shape, face.radius, face.centre, face.axis, face.length
-    return SurfaceSnapshot(place.path, *where, entity=f"face {row.name.text}")
+    return SurfaceSnapshot(place.path, *where, entity=f"face {name.text}")
 
 
 def _faces(part: Place, assembly: Assembly) -> Iterator[tuple[Place, Face]]:

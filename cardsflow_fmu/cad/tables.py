@@ -7,13 +7,14 @@ import io
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError, Vector3, limits
 from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.finding_builders import unknown
-from addin_sdfusion.snapshot import JointKind
+from addin_sdfusion.robot.model.rotations import normalized
+from addin_sdfusion.snapshot import JointKind, MotionSnapshot
 
 from .assembly import Assembly, Place
 
@@ -23,6 +24,9 @@ _LINEAR_SPEEDS = {"m/s": 1.0, "mm/s": 0.001}
 _ANGULAR_SPEEDS = {"rad/s": 1.0, "deg/s": math.pi / 180.0, "rpm": math.pi / 30.0}
 _DENSITIES = {"kg/m3": 1.0, "kg/m^3": 1.0, "kg/m³": 1.0, "g/cm3": 1e3, "g/cm^3": 1e3, "g/cm³": 1e3}
 _MASSES = {"kg": 1.0, "g": 0.001}
+_X: Vector3 = (1.0, 0.0, 0.0)
+_Y: Vector3 = (0.0, 1.0, 0.0)
+_Z: Vector3 = (0.0, 0.0, 1.0)
 _HEADER = re.compile(r"(?P<name>[a-z_ ]*[a-z_]) *(?:[\[(](?P<unit>[^\])]+)[\])])?", re.IGNORECASE)
 _QUANTITY = re.compile(r"(?P<number>[-+0-9.eE]+) *(?P<unit>[a-zA-Z°/]*)")
 
@@ -84,12 +88,7 @@ class JointRow:
         kind: Kind of the joint in a snapshot.
         parent, child: Names of the parts, or `world`; the child moves.
         origin: Position in the root frame, in [m]; None if not specified.
-        axis: Axis in the root frame; None if not specified.
-        lower, upper: Limits, in [rad] or [m]; None if not specified.
-        value: Current value in the file, in [rad] or [m].
-        damping, friction: In [N·m·s/rad] and [N·m], or [N·s/m] and [N].
-        effort: Maximum torque or force, in [N·m] or [N]; None if not specified.
-        velocity: Maximum velocity, in [rad/s] or [m/s]; None if not specified.
+        motions: Motions in order from parent to child, with axes in the root frame.
     """
 
     name: Cell
@@ -97,14 +96,7 @@ class JointRow:
     parent: Cell
     child: Cell
     origin: Vector3 | None
-    axis: Vector3 | None
-    lower: float | None
-    upper: float | None
-    value: float
-    damping: float
-    friction: float
-    effort: float | None
-    velocity: float | None
+    motions: tuple[MotionSnapshot, ...]
 
 
 @dataclass(frozen=True)
@@ -156,7 +148,6 @@ def _joint(row: Mapping[str, Cell]) -> JointRow:
     kind = KINDS.get(row["type"].text)
     if kind is None:
         raise row["type"].error(unknown("type of joint", row["type"].text, list(KINDS)))
-    units = METRES if kind == "slider" else _RADIANS
     origin = vector(row, ("x", "y", "z"), METRES)
     axis = vector(row, ("axis x", "axis y", "axis z"), {})
     if axis is not None and not any(axis):
@@ -171,25 +162,35 @@ def _joint(row: Mapping[str, Cell]) -> JointRow:
                 raise row[column].error(
                     f"a {kind} joint has several coordinates; leave the cell empty"
                 )
+    ends = row["name"], kind, row["parent"], row["child"]
+    return JointRow(*ends, origin, _motions(row, kind, normalized(axis) if axis else _Z))
+
+
+def _motions(row: Mapping[str, Cell], kind: JointKind, axis: Vector3) -> tuple[MotionSnapshot, ...]:
+    is_slider = kind == "slider"
+    units = METRES if is_slider else _RADIANS
 
     def number(column: str, units: Mapping[str, float] = {}) -> float | None:
         return row[column].number(units) if column in row else None
 
-    return JointRow(
-        row["name"],
-        kind,
-        row["parent"],
-        row["child"],
-        origin,
+    motion = MotionSnapshot(
+        "translation" if is_slider else "rotation",
         axis,
+        number("value", units) or 0.0,
         number("lower", units),
         number("upper", units),
-        number("value", units) or 0.0,
-        number("damping") or 0.0,
-        number("friction") or 0.0,
-        number("effort"),
-        number("velocity", _LINEAR_SPEEDS if kind == "slider" else _ANGULAR_SPEEDS),
+        damping=number("damping") or 0.0,
+        friction=number("friction") or 0.0,
+        effort=number("effort"),
+        velocity=number("velocity", _LINEAR_SPEEDS if is_slider else _ANGULAR_SPEEDS),
     )
+    if kind == "cylindrical":
+        slide = replace(motion, kind="translation", role="slide")
+        return replace(motion, role="rotation"), slide
+    if kind == "ball":
+        axes = ((_X, "pitch"), (_Y, "yaw"), (_Z, "roll"))
+        return tuple(replace(motion, axis=axis, role=role) for axis, role in axes)
+    return () if kind == "rigid" else (motion,)
 
 
 def find_place(cell: Cell, assembly: Assembly) -> Place:

@@ -167,9 +167,10 @@ def test_joints_are_read_with_their_units(tmp_path: Path) -> None:
         file.write_text(content, encoding="utf-8")
         elbow, slide = read_joints(file)
         assert elbow.origin == pytest.approx((0.01, 0.02, 0.03))
-        assert (elbow.lower, elbow.upper) == pytest.approx((-np.pi / 2, 1.5))
-        assert elbow.value == pytest.approx(np.pi / 18)
-        assert (slide.lower, slide.upper, slide.value) == (-0.005, 0.1, 0.0)
+        (turn,), (shift,) = elbow.motions, slide.motions
+        assert (turn.lower, turn.upper) == pytest.approx((-np.pi / 2, 1.5))
+        assert turn.value == pytest.approx(np.pi / 18)
+        assert (shift.lower, shift.upper, shift.value) == (-0.005, 0.1, 0.0)
         assert slide.name.line == 4
         assert slide.origin is None
 
