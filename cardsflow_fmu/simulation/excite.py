@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
-from addin_sdfusion.robot import CardsflowError, Finding, InputError, Robot
+from addin_sdfusion.robot import CardsflowError, InputError, Robot
 from addin_sdfusion.robot.files import write_files
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from cardsflow_fmu.cosim.signals.port import coordinate_signals
@@ -23,7 +23,7 @@ from cardsflow_fmu.results.analysis.excitation.design import (
     Excitation,
     excitations,
 )
-from cardsflow_fmu.results.report.calibration import unidentifiable_lines
+from cardsflow_fmu.results.report.calibration import WrittenReport, unidentifiable_lines
 from cardsflow_fmu.utils.csv_table import csv_text
 from cardsflow_fmu.utils.folder_lock import create_new_folder
 from sim_dart.calibration.identifiability import identifiable
@@ -49,20 +49,6 @@ _MAX_ERROR = 0.05
 """Maximum tracking error of a test run, in [rad] or [m]."""
 
 
-@dataclass(frozen=True)
-class ExcitationFiles:
-    """Excitation experiment that was written to a folder.
-
-    Attributes:
-        files: Experiment, motion and report.
-        findings: Findings of the check of the robot files.
-    """
-
-    files: list[Path]
-    text: str
-    findings: tuple[Finding, ...]
-
-
 def excite(
     robot: str | Path,
     parameters: Sequence[str],
@@ -71,7 +57,7 @@ def excite(
     duration: float = DURATION,
     speed: float = SPEED,
     progress: Callable[[int, int], None] | None = None,
-) -> ExcitationFiles:
+) -> WrittenReport:
     """Write an experiment with a motion from which a calibration identifies parameters.
 
     Args:
@@ -133,7 +119,7 @@ def excite(
             MOTION: _table(movable, design),
             REPORT: text + "\n",
         }
-        return ExcitationFiles(write_files(folder, contents), text, findings)
+        return WrittenReport(write_files(folder, contents), text, findings)
 
 
 def _with_force_limits(robot: Robot, draft: ExperimentDraft) -> Robot:

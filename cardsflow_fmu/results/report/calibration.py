@@ -35,17 +35,17 @@ _MAX_DIRECTIONS = 8
 
 
 @dataclass(frozen=True)
-class CalibrationFiles:
-    """Result of a calibration that was written to a folder.
+class WrittenReport:
+    """Report that was written to a folder, with other files.
 
     Attributes:
-        files: Files of the robot, and the report as text and as JSON.
+        text: Text of the report.
         findings: Findings on the robot, and on losses of the file format.
     """
 
     files: list[Path]
     text: str
-    findings: list[Finding]
+    findings: Sequence[Finding]
 
 
 def calibrate_files(
@@ -57,8 +57,10 @@ def calibrate_files(
     markers: Path | None = None,
     captures: Sequence[Path] = (),
     progress: Callable[[int, int], None] | None = None,
-) -> CalibrationFiles:
+) -> WrittenReport:
     """Calibrate a robot from recordings and write it as SDF with CARDSFlow muscles.
+
+    The report is written as text and as JSON.
 
     Args:
         recordings: Recordings of motions; see `read_readings`. If there are several recordings, the
@@ -96,7 +98,7 @@ def calibrate_files(
         files += write_files(
             folder, {REPORT: text + "\n", CALIBRATION_FILE: json_text(table, indent=1) + "\n"}
         )
-        return CalibrationFiles(files, text, [*reading.findings, *losses])
+        return WrittenReport(files, text, [*reading.findings, *losses])
 
 
 def describe(result: Calibration) -> str:
