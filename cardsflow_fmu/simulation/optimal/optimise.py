@@ -306,7 +306,7 @@ def _guesses(setup: MotionProblem) -> Iterator[Iterate]:
 
     A smooth motion is the first one, but with some muscle states, a free duration or a free robot,
     fewer iterations are needed from a rest. With rigid tendons, the motion with the commands of the
-    start leads to lower costs, since the robot may swing back first.
+    start may lead to a lower cost, for example if the robot swings back first.
     """
     problem, names = setup.problem, setup.shooting.laws.state_names
     is_free = problem.is_free_time or setup.free is not None
