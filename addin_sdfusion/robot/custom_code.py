@@ -21,6 +21,8 @@ def load_class(file: Path, name: str, base: type) -> type[Any]:
         InputError: The file cannot be executed, or the class is not a subclass of `base`.
         UnknownNameError: The class does not exist in the file.
     """
+    if not file.is_file():
+        raise InputError("does not exist", file=file)
     module = f"_own_{file.stem}"
     spec = importlib.util.spec_from_file_location(module, file.absolute())
     if spec is None or spec.loader is None:

@@ -339,7 +339,7 @@ def read_controller(
         problem = f"{name!r} cannot follow a reference in {space} space"
         hint = f"use {' or '.join(map(repr, fitting))}"
         custom = f'set controller.space = "{space}"'
-        is_open = name == POLICY or CustomLaw.of(name) is not None
+        is_open = name in (MPC, POLICY) or CustomLaw.of(name) is not None
         problem += f"; {custom if is_open else hint}"
         raise context.error("controller.type", problem)
     exact = math.inf if law.task_weight is None else law.task_weight

@@ -268,6 +268,7 @@ def test_copied_controller_has_same_forces() -> None:
         ("planar_2r", {"controller.engine": "dart"}, 'not support controller.engine = "dart"'),
         ("planar_2r", {"controller.solver": "daqp"}, "solver: must be 'dual_newton' for 'mpc'"),
         ("bicycle", {}, "'mpc' does not support closed kinematic loops"),
+        ("cable_robot", {"controller.space": "operational"}, 'set controller.space = "joint"'),
         ("planar_2r", {"controller.nodes": 1}, "controller.nodes: .*at least 2"),
         ("planar_2r", {"controller.horizon": 0.001}, "controller.horizon: must be longer than"),
         ("planar_2r", {"controller.deadline": 0.01}, "controller.deadline: must be at most the"),

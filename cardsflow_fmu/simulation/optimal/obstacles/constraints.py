@@ -54,7 +54,9 @@ def obstacle_constraints(
         start = distances(x)[0][0]
         if nodes[0] and start.min() < least:
             origin = "centre" if obstacle.end is None else "axis"
-            problem = f"contains {names[start.argmin()]} at the start, {start.min():.4g} m from its"
+            problem = (
+                f"contains {names[start.argmin()]!r} at the start, {start.min():.4g} m from its"
+            )
             problem = f"{problem} {origin}"
             raise InputError(problem, file=experiment.file, key=key)
         low, high = np.full(len(names), least), np.full(len(names), np.inf)

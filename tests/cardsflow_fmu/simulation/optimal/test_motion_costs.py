@@ -110,19 +110,20 @@ def test_custom_cost_equals_the_closed_form(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("Wrong", "Wrong.running_gradient returns "),
-        ("Shape", "Shape.running_gradient must return two finite arrays of shape (1,)"),
-        ("Infinite", "Infinite.final returned nan; it must be finite"),
-        ("Broken", "cost.py:31: IndexError: only integers"),
-        ("Empty", "Empty defines neither running nor final"),
-        ("Missing", "no class 'Missing'"),
+        ("cost.py:Wrong", "Wrong.running_gradient returns "),
+        ("cost.py:Shape", "Shape.running_gradient must return two finite arrays of shape (1,)"),
+        ("cost.py:Infinite", "Infinite.final returned nan; it must be finite"),
+        ("cost.py:Broken", "cost.py:31: IndexError: only integers"),
+        ("cost.py:Empty", "Empty defines neither running nor final"),
+        ("cost.py:Missing", "no class 'Missing'"),
+        ("no_cost.py:Mine", "no_cost.py: motion.cost.function: does not exist"),
     ],
 )
 def test_invalid_custom_cost_is_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, message: str
 ) -> None:
     (tmp_path / "cost.py").write_text(CUSTOM)
-    own = ["--set", f'motion.cost.function="cost.py:{name}"']
+    own = ["--set", f'motion.cost.function="{name}"']
     line = CommandLine(capsys).error_line("optimise", slider_file(tmp_path), "-q", *own)
     assert message in line
     assert "cost.py" in line

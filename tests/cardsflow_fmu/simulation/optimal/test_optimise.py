@@ -170,7 +170,7 @@ def test_infeasible_motion_names_constraint_node_and_forces(
         (
             "motion.obstacles=[{centre=[0,0,0],radius=9.0}]",
             "motion.obstacles[0]",
-            "contains tip at the start",
+            "contains 'tip' at the start",
         ),
         (
             "motion.obstacles=[{centre=[0,0,0],radius=0.1,links=['upper']}]",
