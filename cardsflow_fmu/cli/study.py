@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 
 _MAX_ERRORS = 5  # lines about failed runs, and bounds of a motion
+_SLOW = 2.0  # time of an iteration with which a note states faster settings, in [s]
 
 
 def add_study(commands: Commands) -> None:
@@ -228,6 +229,7 @@ class _Iterations:
     def __init__(self, experiment: Experiment) -> None:
         motion = experiment.motion
         self._most, self._has_heading = 0 if motion is None else motion.max_iterations, False
+        self._has_laws, self._is_quick = motion is not None and motion.muscles == "laws", True
 
     def __call__(self, row: Progress, substeps: int) -> None:
         if not self._has_heading:
@@ -238,6 +240,13 @@ class _Iterations:
         left = row.seconds / max(row.iteration, 1) * max(self._most - row.iteration, 0)
         line += f" {substeps:>8} {row.seconds:>6.2f} s {left:>6.0f} s"
         print_note(line, prefix="")
+        if self._is_quick and row.seconds > _SLOW * row.iteration > _SLOW:
+            from controllers.optimal.sqp import ROUGH
+
+            self._is_quick = False
+            forces = ' or motion.muscles = "forces"' if self._has_laws else ""
+            text = f"for faster iterations, set fewer motion.intervals{forces}; Ctrl-C keeps the"
+            print_note(f"{text} motion if its infeasibility is below {ROUGH:g}")
 
 
 def _print_motion(motion: OptimisedMotion) -> None:

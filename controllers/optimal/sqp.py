@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import chain
 from typing import NamedTuple
@@ -44,10 +45,10 @@ _FREE_STEPS = 3  # first steps, which may increase cost and violation
 _MAX_VIOLATION = 1e3  # of these steps, relative to the violation of the guess plus 1
 _MAX_LATER_VIOLATION = 10.0  # likewise, of attempts without such steps
 _NEAR = 1e-3  # violation below which a rejected step may be followed
-_ROUGH = 0.1  # violation up to which a motion can be corrected after the last iteration
+ROUGH = 0.1  # violation up to which a motion can be corrected after the last iteration
 _FIRST_ITERATIONS = 60  # of an attempt that is not the last, while it violates constraints
 FLAT, _FLAT_ITERATIONS = 1e-3, 20  # relative fall of the cost with which the iterations end
-_LARGE, _FLAT_OF_LARGE = 5000, 10  # variables of problems whose iterations may end earlier
+LARGE, _FLAT_OF_LARGE, _FLAT_OF_NEAR = 5000, 10, 2  # variables, and iterations that are enough
 MANY_STATES = 100  # with which the first steps from a guess are not free
 _STALLED = 3  # iterations with relaxed constraints and without progress
 
@@ -184,8 +185,8 @@ class Optimiser:
     ) -> Solution | None:
         """Return the optimal motion near a guess; None if the guess diverges.
 
-        An interruption (KeyboardInterrupt) returns the last motion, or the last one that satisfies
-        the constraints.
+        An interruption (KeyboardInterrupt) returns the last motion, after few iterations that
+        satisfy the constraints if it nearly does, or the last one that satisfies them.
 
         Args:
             guess: First iterate.
@@ -232,7 +233,8 @@ class Optimiser:
         if linearised is None:
             return None
         damping = _DAMPING_FREE_TIME if self.problem.is_free_time else _DAMPING
-        positive = 0.0 if hessian is None else 1.0
+        is_near = hessian is not None
+        positive = float(is_near)
         hessian = hessian or DynamicsHessian(*self.transcription.stages(at).shape)
         state, status = _State(at, linearised, damping, hessian, free=free, positive=positive), ""
         costs = list[float]()
@@ -248,7 +250,7 @@ class Optimiser:
                 if share:
                     report(state, share)
                 costs.append(state.linearised.cost)
-                if self._is_flat(costs) and self._worst(state) < _ROUGH:
+                if self._is_flat(costs, is_near) and self._worst(state) < ROUGH:
                     status = status or NEARLY_OPTIMAL
                 if status:
                     break
@@ -258,6 +260,8 @@ class Optimiser:
             status = INTERRUPTED
             if state.best is not None and self._worst(state) > _FEASIBILITY:
                 state.at, state.linearised = state.best
+            with suppress(KeyboardInterrupt):
+                self._correct(state, report)
         worst = self._worst(state)
         feasible = worst <= _FEASIBILITY
         if status not in (OPTIMAL, INTERRUPTED) and not (status == NEARLY_OPTIMAL and feasible):
@@ -266,17 +270,18 @@ class Optimiser:
             state.at, state.linearised, status, feasible, worst, tuple(history), hessian
         )
 
-    def _is_flat(self, costs: list[float]) -> bool:
+    def _is_flat(self, costs: list[float], is_near: bool) -> bool:
         """Return whether the last costs after iterations hardly fall."""
-        is_large = self.transcription.size > _LARGE
-        least, count = (0, _FLAT_OF_LARGE) if is_large else (_FIRST_ITERATIONS, _FLAT_ITERATIONS)
+        least, count = _FIRST_ITERATIONS, _FLAT_ITERATIONS
+        if self.transcription.size > LARGE:
+            least, count = 0, _FLAT_OF_NEAR if is_near else _FLAT_OF_LARGE
         last = costs[-count - 1 :]
         return len(costs) > max(least, count) and max(last) - min(last) <= FLAT * abs(last[-1])
 
     def _correct(self, state: _State, report: Callable[[_State, float], None]) -> None:
         """Satisfy the constraints near an iterate that nearly does."""
         for _ in range(_LAST_STEPS):
-            if not _FEASIBILITY < self._worst(state) < _ROUGH:
+            if not _FEASIBILITY < self._worst(state) < ROUGH:
                 break
             state.damping, state.filter = _LAST_DAMPING, state.filter[:1]
             report(state, self._iterate(state)[1])

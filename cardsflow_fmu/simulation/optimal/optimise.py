@@ -220,7 +220,8 @@ class _Search:
         limit = self._motion.max_iterations
         solver = Optimiser(setup.problem, max_iterations=limit, refine=_Refinement(setup))
         others = None if self._is_near else self._others
-        hessian = previous.hessian if previous is not None and previous.status == OPTIMAL else None
+        is_near = previous is not None and previous.status in (OPTIMAL, NEARLY_OPTIMAL)
+        hessian = previous.hessian if previous is not None and is_near else None
         solution = solver.solve(self._guess, self._report, others, hessian)
         if solution is None:
             return None

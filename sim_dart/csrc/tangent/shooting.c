@@ -119,7 +119,8 @@ static void settle_fibres(const core_shooting *s, const double weights[4], int s
         add_duration(s, per * fibre[3] * rate / time * weights[stage], row);
         add(s->across, -per * by_activation, s->at + first * s->across, row);
         for (size_t i = 0; i < s->n; i++)
-            add(s->across, -per * fibre[5] * fibre[9] * c->jacobian[at.m * s->n + i], s->at + i * s->across, row);
+            if (c->jacobian[at.m * s->n + i] != 0)
+                add(s->across, -per * fibre[5] * fibre[9] * c->jacobian[at.m * s->n + i], s->at + i * s->across, row);
         add(s->across, 1, row, slope);
         for (size_t j = 0; j < s->across; j++) slope[j] /= time;
         add_duration(s, -rate / h, slope);

@@ -241,6 +241,7 @@ def test_gradient_and_hessian_of_the_costs_match_differences() -> None:
 
 
 def test_interruption_returns_the_motion_so_far() -> None:
+    """After the few iterations that satisfy the constraints, since the motion nearly does."""
     own = problem(costs(time=1.0), (0.05, 5.0))
 
     def interrupt(progress: Progress) -> None:
@@ -251,4 +252,6 @@ def test_interruption_returns_the_motion_so_far() -> None:
     found = Optimiser(own).solve(start, interrupt)
     assert found is not None
     assert found.status == "interrupted"
-    assert len(found.history) == 4
+    assert 1e-7 < found.history[3].violation < 0.1
+    assert found.is_feasible
+    assert len(found.history) <= 8

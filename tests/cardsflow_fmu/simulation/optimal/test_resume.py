@@ -65,6 +65,15 @@ def test_interrupted_motion_is_kept_and_continued(
     assert resumed["cost"] == pytest.approx(best, rel=1e-6)
 
 
+def test_slow_iterations_name_faster_settings_once(
+    file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = study._Iterations(load_for_motion(file))
+    for k in range(4):
+        rows(Progress(k, 1.0, 0.5, 1.0, 5.0 * k), 1)
+    assert capsys.readouterr().err.count("set fewer motion.intervals;") == 1
+
+
 def test_interruption_before_the_first_motion_writes_no_file(
     cardsflow: CommandLine, file: Path, interrupt_at: list[int]
 ) -> None:
