@@ -126,13 +126,15 @@ def test_icons_are_visible_on_light_and_dark_toolbars(toolbar: tuple[int, ...]) 
 
 @pytest.mark.slow
 def test_icons_equal_the_output_of_the_script() -> None:
-    from PIL import Image
+    """Releases of Pillow may draw edges slightly differently."""
+    from PIL import Image, ImageChops
 
     made = script("make_addin_icons")
     for name, layers in made.ICONS.items():
         file = ROOT / "addin_sdfusion/commands" / name / "resources/32x32.png"
         with Image.open(file) as stored:
-            assert stored.tobytes() == made.icon(layers, 32).tobytes()
+            difference = ImageChops.difference(stored, made.icon(layers, 32))
+        assert max(high for _, high in difference.getextrema()) <= 16
 
 
 def test_manifest_contains_product_and_version() -> None:
