@@ -218,7 +218,8 @@ class _Search:
         """Return the motion from the guess; None if it diverges."""
         setup, previous = self.setup, self._previous
         limit = self._motion.max_iterations
-        solver = Optimiser(setup.problem, max_iterations=limit, refine=_Refinement(setup))
+        refine = _Refinement(setup) if previous is None else lambda _, ends: False
+        solver = Optimiser(setup.problem, max_iterations=limit, refine=refine)
         others = None if self._is_near else self._others
         is_near = previous is not None and previous.status in (OPTIMAL, NEARLY_OPTIMAL)
         hessian = previous.hessian if previous is not None and is_near else None
