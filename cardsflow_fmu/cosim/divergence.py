@@ -30,7 +30,9 @@ def row_error(names: Sequence[str], row: FloatArray, step: float) -> SimulationE
     """Return the error that a row shows, or None. A value that is not finite has priority.
 
     Args:
+        names: Names of the columns, `time` first.
         row: Values, shape (len(names),).
+        step: Communication step, in [s].
     """
     return not_finite_error(names, row) or _divergence(names, row, step)
 

@@ -60,9 +60,11 @@ def task_markers(
     """Yield a sphere for each end-effector point, and one for its reference.
 
     Args:
+        time_ns: Times of K frames, shape (K,), in [ns].
         tasks: Positions by name, shape (K, 3) each, in [m].
         desired: Desired positions by name, shape (K, 3) each, in [m]; NaN for axes without a
             reference.
+        reach: Reach of the robot, in [m].
     """
     for k, (name, position) in enumerate(tasks.items()):
         spheres = {"task points": (position, colours.TRAIL)}

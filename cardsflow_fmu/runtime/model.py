@@ -23,7 +23,12 @@ class FmuModel(ABC):
     Order of calls: set parameters; `initialize`; any number of `step`. `reset` restores the start
     values.
 
+    Args:
+        values: Memory for the variables, shape (len(ports),) (default: allocated).
+
     Attributes:
+        ports: The variables.
+        values: Values of the variables.
         inputs, outputs, parameters: Views of `values`.
     """
 

@@ -19,6 +19,8 @@ class LoopbackLink(FramedLink):
 
     Args:
         make_device: Function that creates the device. It is called once, at the first `open`.
+        key: Pre-shared key, or None for unsigned frames.
+        timeout: Maximum time for which `open` waits, in [s].
 
     Raises:
         InputError: The key is too short.

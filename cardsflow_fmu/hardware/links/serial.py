@@ -31,6 +31,8 @@ class SerialLink(FramedLink):
 
     Args:
         uri: Address of the form serial:///dev/ttyACM0?baud=2000000. The default is 115200 baud.
+        key: Pre-shared key, or None for unsigned frames.
+        timeout: Maximum time for which `open` waits, in [s].
     """
 
     def __init__(self, uri: str, *, key: bytes | None = None, timeout: float = 2.0) -> None:

@@ -27,8 +27,10 @@ class UdpLink(FramedLink):
 
     Args:
         uri: Address of the form udp://HOST:PORT.
+        key: Pre-shared key, or None for unsigned frames.
         bind: Address of this machine to send from. If empty, the system chooses the address of the
             route to the device, which is loopback for a device on the same machine.
+        timeout: Maximum time for which `open` waits, in [s].
     """
 
     def __init__(

@@ -165,7 +165,9 @@ class FrameWriter:
 
         Args:
             flags: Bits of `Flag`.
+            t_sim: Time of the run, in [s].
             t_send_ns: Time of sending, in [ns].
+            echo_ns: `t_send_ns` of the answered frame, or 0.
             key: Key of the signature, or None for an unsigned frame.
             are_finite: Whether time and values are already checked to be finite.
 

@@ -29,6 +29,9 @@ _MAX_STEPS_APART = 2.0
 class MotorMap:
     """Map from muscle forces to motor commands.
 
+    Args:
+        muscle_names: Names of the m muscles.
+
     Raises:
         InputError: A constant is out of range; the message names the muscle.
     """
@@ -76,6 +79,8 @@ class MotorMap:
 
         Args:
             forces: Desired f, shape (m,), in [N].
+            lengths: l, shape (m,), in [m].
+            rates: l', shape (m,), in [m/s].
             tensions: Measured tensions, shape (m,), in [N], or shape (0,) if not measured.
             h: Time step, in [s].
 

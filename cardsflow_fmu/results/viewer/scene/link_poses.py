@@ -38,7 +38,11 @@ def link_poses(robot: Robot, q: FloatArray) -> Poses:
 def coordinate_axes(
     robot: Robot, q: FloatArray, poses: Poses
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Return points on the axes of the coordinates and their directions, shape (K, 3) each."""
+    """Return points on the axes of the coordinates and their directions, shape (K, 3) each.
+
+    Args:
+        q: Joint positions at K frames, shape (K, n), in [rad] or [m].
+    """
     axes: dict[str, tuple[FloatArray, FloatArray]] = {}
     variables = robot_variables(robot)
     x, zeros = variable_values(variables, q), np.zeros(len(q))
