@@ -18,20 +18,14 @@ from cardsflow_fmu.experiment.config.table import (
 from .goals import FREE
 
 
-class MotionBoundSettings(Table):
-    """Bounds of the motion, in addition to those of the robot."""
+class RobotBoundSettings(Table):
+    """Bounds of forces, positions and speeds, in addition to those of the robot."""
 
     f_min: tuple[float, ...] = named_setting(
         "actuator", "minimum forces and torques (default: of the robot)", None, others=FREE
     )
     f_max: tuple[float, ...] = named_setting(
         "actuator", "maximum forces and torques (default: of the robot)", None, others=FREE
-    )
-    u_min: tuple[float, ...] = named_setting(
-        "muscle", "minimum commands (default: of the muscle law)", None, others=FREE
-    )
-    u_max: tuple[float, ...] = named_setting(
-        "muscle", "maximum commands (default: of the muscle law)", None, others=FREE
     )
     q_min: tuple[float, ...] = named_setting(
         "coordinate", "minimum joint positions (default: joint limits)", None, others=FREE
@@ -41,6 +35,17 @@ class MotionBoundSettings(Table):
     )
     qd_max: tuple[FromZero, ...] = named_setting(
         "coordinate", "maximum joint speeds, in rad/s or m/s (default: none)", None, others=FREE
+    )
+
+
+class MotionBoundSettings(RobotBoundSettings):
+    """Bounds of the motion, in addition to those of the robot."""
+
+    u_min: tuple[float, ...] = named_setting(
+        "muscle", "minimum commands (default: of the muscle law)", None, others=FREE
+    )
+    u_max: tuple[float, ...] = named_setting(
+        "muscle", "maximum commands (default: of the muscle law)", None, others=FREE
     )
     f_rate_max: tuple[Positive, ...] = named_setting(
         "actuator",

@@ -7,6 +7,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.config.names import named_setting
 from cardsflow_fmu.experiment.config.table import Context, FromZero, Positive, Table
+from cardsflow_fmu.experiment.motion.bounds import RobotBoundSettings
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import CoreDynamics
 from sim_dart.estimation.estimated_robot import passive_muscles
@@ -47,37 +48,12 @@ class PredictiveCostSettings(Table):
     )
 
 
-class PredictiveBoundSettings(Table):
+class PredictiveBoundSettings(RobotBoundSettings):
     """Bounds of the predicted motion, as in [motion.bounds].
 
     Those of positions and speeds are soft, but violations have a high cost. The fallback uses the
     limits of the robot.
     """
-
-    f_min: tuple[float, ...] = named_setting(
-        "actuator",
-        "minimum forces and torques (default: of the robot)",
-        None,
-        others=float("nan"),
-    )
-    f_max: tuple[float, ...] = named_setting(
-        "actuator",
-        "maximum forces and torques (default: of the robot)",
-        None,
-        others=float("nan"),
-    )
-    q_min: tuple[float, ...] = named_setting(
-        "coordinate", "minimum joint positions (default: joint limits)", None, others=float("nan")
-    )
-    q_max: tuple[float, ...] = named_setting(
-        "coordinate", "maximum joint positions (default: joint limits)", None, others=float("nan")
-    )
-    qd_max: tuple[FromZero, ...] = named_setting(
-        "coordinate",
-        "maximum joint speeds, in rad/s or m/s (default: none)",
-        None,
-        others=float("nan"),
-    )
 
 
 def override(values: FloatArray, overrides: tuple[float, ...]) -> FloatArray:
