@@ -56,7 +56,7 @@ def whole_steps(
 
 
 def whole_duration(time: float, step: float) -> float:
-    """Round a time up to an integer multiple of a step."""
+    """Round a time up to an integer multiple of a step, both in [s]."""
     ratio = time / step
     if not math.isfinite(ratio) or abs(ratio - round(ratio)) <= _TOLERANCE * ratio:
         return time

@@ -77,7 +77,8 @@ class Drive:
     ) -> FloatArray:
         """Return the tensions over the next dt, before the lag, shape (m,), in [N].
 
-        Set points of springs are those at the end of the time step.
+        Set points of springs are those at the end of the time step. Lengths and rates are as for
+        `calibrate`.
 
         Args:
             command: Commands, shape (m,).
