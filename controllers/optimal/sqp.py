@@ -47,8 +47,9 @@ _MAX_LATER_VIOLATION = 10.0  # likewise, of attempts without such steps
 _NEAR = 1e-3  # violation below which a rejected step may be followed
 ROUGH = 0.1  # violation up to which a motion can be corrected after the last iteration
 _FIRST_ITERATIONS = 60  # of an attempt that is not the last, while it violates constraints
-FLAT, _FLAT_ITERATIONS = 1e-3, 20  # relative fall of the cost with which the iterations end
-LARGE, _FLAT_OF_LARGE, _FLAT_OF_NEAR = 5000, 10, 2  # variables, and iterations that are enough
+_FLAT, _FLAT_ITERATIONS = 1e-3, 20  # relative fall of the cost with which the iterations end
+_LARGE = 5000  # variables of problems with a larger fall in fewer iterations
+_FLAT_OF_LARGE, _ITERATIONS_OF_LARGE, _ITERATIONS_OF_NEAR = 1e-2, 10, 2
 MANY_STATES = 100  # with which the first steps from a guess are not free
 _STALLED = 3  # iterations with relaxed constraints and without progress
 
@@ -251,10 +252,10 @@ class Optimiser:
                     report(state, share)
                 costs.append(state.linearised.cost)
                 if self._is_flat(costs, is_near) and self._worst(state) < ROUGH:
-                    status = status or NEARLY_OPTIMAL
+                    status = status if status == OPTIMAL else NEARLY_OPTIMAL
                 if status:
                     break
-            if status in ("", NEARLY_OPTIMAL):
+            if status != OPTIMAL:
                 self._correct(state, report)
         except KeyboardInterrupt:
             status = INTERRUPTED
@@ -272,11 +273,12 @@ class Optimiser:
 
     def _is_flat(self, costs: list[float], is_near: bool) -> bool:
         """Return whether the last costs after iterations hardly fall."""
-        least, count = _FIRST_ITERATIONS, _FLAT_ITERATIONS
-        if self.transcription.size > LARGE:
-            least, count = 0, _FLAT_OF_NEAR if is_near else _FLAT_OF_LARGE
+        least, count, most = _FIRST_ITERATIONS, _FLAT_ITERATIONS, _FLAT
+        if self.transcription.size > _LARGE:
+            count = _ITERATIONS_OF_NEAR if is_near else _ITERATIONS_OF_LARGE
+            least, most = 0, _FLAT_OF_LARGE
         last = costs[-count - 1 :]
-        return len(costs) > max(least, count) and max(last) - min(last) <= FLAT * abs(last[-1])
+        return len(costs) > max(least, count) and max(last) - min(last) <= most * abs(last[-1])
 
     def _correct(self, state: _State, report: Callable[[_State, float], None]) -> None:
         """Satisfy the constraints near an iterate that nearly does."""

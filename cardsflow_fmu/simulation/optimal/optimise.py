@@ -18,7 +18,6 @@ from cardsflow_fmu.experiment.motion.feedback import MotionFeedback
 from cardsflow_fmu.utils.arrays import FloatArray, IntArray
 from controllers.optimal.problem import Iterate, NodeConstraint
 from controllers.optimal.sqp import (
-    FLAT,
     INFEASIBLE,
     INTERRUPTED,
     MANY_STATES,
@@ -266,8 +265,8 @@ def _remarks(solution: Solution, error: float) -> tuple[tuple[str, ...], tuple[s
     """Return notes and warnings about the end of the iterations and the error of an interval."""
     notes, warnings = tuple[str, ...](), tuple[str, ...]()
     if solution.status == NEARLY_OPTIMAL:
-        text = f"nearly optimal: the cost changed by less than {FLAT:.1%} in the last iterations"
-        notes += (f"{text}; --resume continues",)
+        text = "nearly optimal: the cost hardly changed in the last iterations; --resume continues"
+        notes += (text,)
     elif solution.status != OPTIMAL:
         text = "the motion satisfies the constraints, but is not optimal"
         if not solution.is_feasible:
