@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import runpy
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from support.robots.robots import EXAMPLES
 
 import cardsflow_fmu.gym as gym
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu import Experiment, run
+from cardsflow_fmu import Experiment, build, run
 from cardsflow_fmu.experiment.policy import Policy, read_policy
 from cardsflow_fmu.gym.export import export_network, export_policy
 from cardsflow_fmu.models.controller import ControllerModel
@@ -118,6 +119,24 @@ def test_a_policy_fmu_computes_the_network_without_python(tmp_path: Path) -> Non
         np.testing.assert_allclose(fmu.getReal(outputs), expected, rtol=1e-12)
     fmu.terminate()
     fmu.freeInstance()
+
+
+@pytest.mark.native
+def test_fmpy_as_the_master_moves_the_robot_as_the_environment_does(tmp_path: Path) -> None:
+    """The environment rounds observations and actions to 24 bits; the motion amplifies this."""
+    env, file = gym.from_experiment(PLANAR), tmp_path / "policy.json"
+    size = env.observation_space.shape[0]
+    policy = export_policy(env, random_network([size, 4]), file)
+    settings = _settings(file, env, **{"controller.period": 0.02, "run.duration": 0.4})
+    build(Experiment.load(PLANAR, settings), tmp_path / "fmus")
+    cosimulate = runpy.run_path(str(EXAMPLES / "fmpy_script/cosimulate.py"))["cosimulate"]
+    rows = cosimulate(tmp_path / "fmus")[::20]
+    observation, _ = env.reset(seed=0)
+    for row in rows:
+        q = [row[f"q.{c.name}"] for c in env.episodes.setup.robot.coordinates]
+        np.testing.assert_allclose(env.episodes.batch.q[0], q, atol=2e-6)
+        observation, *_ = env.step(actions_of(policy, observation.astype(float)).astype("f4"))
+    assert len(rows) == 21 and abs(rows[-1]["q.joint_1"] - rows[0]["q.joint_1"]) > 0.1
 
 
 @pytest.mark.parametrize("example", [PLANAR, FLOWER], ids=["own joint space", "flower"])
