@@ -28,10 +28,6 @@ EPISODE = 100
 _TIME_CONSTANT, _IMPEDANCE = 0.02, 0.95
 """Softness of the joint limits, MuJoCo's defaults, which MyoSuite's models keep."""
 
-_SOFT = ("myoFinger", "myoHand")
-"""Models whose muscles hold joints beyond their limits. The elbow only meets its stops in motion,
-where stops are nearer to MuJoCo than springs, which also damp the return."""
-
 _BEYOND = 1.0
 """Distance of the hard stops from the limits, in [rad] or [m]."""
 
@@ -92,26 +88,27 @@ def myosuite_setup(name: str, model: str | Path | None) -> Setup:
         needed = 'needs a model of yours: make(id, model="path/to/model.xml")'
         raise InputError(f"cardsflow/{name} {needed}, not {model!r}")
     robot = _robot(Path(model))
-    plant, folder = soft_limits(robot) if name.startswith(_SOFT) else robot, Path(model).parent
-    return Setup(plant, TASKS[name](robot), STEP, SUBSTEPS, rest=0.0, folder=folder)
+    options: dict[str, Any] = {"rest": 0.0, "folder": Path(model).parent}
+    return Setup(soft_limits(robot), TASKS[name](robot), STEP, SUBSTEPS, **options)
 
 
 def soft_limits(robot: Robot) -> Robot:
-    """Return the robot with limits that it exceeds as far as in MuJoCo while a load holds it there.
+    """Return the robot with the soft limits of MuJoCo (Computation, Constraint model).
 
-    A limit is a spring (MuJoCo's documentation, Computation, Constraint model) of the stiffness
-    1 / ((1 - d) T^2 w): impedance d, time constant T, and the diagonal w of M^-1 in the initial
-    pose. Its damping is twice MuJoCo's, instead of the inertia that MuJoCo adds at limits.
+    With the regularisation R = (1 - d) / d w, impedance d, time constant T, and the diagonal w of
+    M^-1 in the initial pose, the inertia of a limit is 1 / R, its stiffness 1 / (d T^2 R) and its
+    damping 2 / (d T R).
     """
     weights = np.diag(np.linalg.inv(Batch(robot, 1, STEP).mass_matrix()[0]))
-    softness = (1.0 - _IMPEDANCE) * _TIME_CONSTANT**2 * weights
-    stiffness = dict(zip((c.name for c in robot.coordinates), 1.0 / softness, strict=True))
+    regularisation = (1.0 - _IMPEDANCE) / _IMPEDANCE * weights
+    inertias = dict(zip((c.name for c in robot.coordinates), 1.0 / regularisation, strict=True))
 
     def soften(c: Coordinate) -> Coordinate:
         if not (c.is_free and c.is_limited):
             return c
-        k = float(stiffness[c.name])
-        force = LimitForce(c.lower, c.upper, k, k, 4.0 * _TIME_CONSTANT * k, transition=1e-4)
+        inertia = float(inertias[c.name])
+        k = inertia / (_IMPEDANCE * _TIME_CONSTANT**2)
+        force = LimitForce(c.lower, c.upper, k, k, 2.0 * _TIME_CONSTANT * k, 1e-4, inertia)
         return replace(c, lower=c.lower - _BEYOND, upper=c.upper + _BEYOND, limit_force=force)
 
     return replace(robot, joints=tuple(joint.map_coordinates(soften) for joint in robot.joints))

@@ -37,6 +37,8 @@ core *core_open(const void *blob, size_t size, void *memory)
     s->has_laws |= view.counts.bends > 0;
     s->is_driven = wide > 0;
     for (int32_t j = 0; j < view.counts.dofs; j++) s->has_friction |= view.friction[j] != 0;
+    for (int32_t l = 0; l < view.counts.limit_forces && !s->has_friction; l++)
+        s->has_soft_limits |= view.limit_numbers[LIMIT_NUMBERS * l + 6] > 0;
     tree_prepare(s);
     paths_prepare(s);
     laws_prepare(s);

@@ -89,7 +89,7 @@ def resisting(robot: Robot) -> Iterator[Finding]:
         if not force.low <= force.high:
             problem = f"limit force: low {force.low!r} is above high {force.high!r}"
             yield error(subject, "limit-force-reversed", problem)
-        for parameter in ("stiffness_low", "stiffness_high", "damping"):
+        for parameter in ("stiffness_low", "stiffness_high", "damping", "inertia"):
             if getattr(force, parameter) < 0.0:
                 problem = f"limit force: {parameter} {getattr(force, parameter)!r} is negative"
                 yield error(subject, "negative-limit-force", problem)

@@ -40,11 +40,15 @@ class LimitForce:
     f = K_low(q) (low - q) - K_high(q) (q - high) - damping (K_low/k_low + K_high/k_high) q'.
     K(q) is the stiffness times a quintic step over the transition outside of the range.
 
+    With an inertia it is a soft limit as in MuJoCo: f also contains - inertia q'', and only pushes
+    into the range. Runge-Kutta steps and robots with joint friction use the formula above instead.
+
     Attributes:
         low, high: The range, in [rad] or [m].
         stiffness_low, stiffness_high: Stiffness k below and above the range, in [N·m/rad] or [N/m].
         damping: In [N·m·s/rad] or [N·s/m].
         transition: Distance outside of the range at which k is fully reached, in [rad] or [m].
+        inertia: In [kg·m²] or [kg]; 0 without one.
     """
 
     low: float
@@ -53,6 +57,7 @@ class LimitForce:
     stiffness_high: float
     damping: float = 0.0
     transition: float = 0.1
+    inertia: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -57,6 +57,7 @@ _Static_assert(GROUP <= MAX_LANES, "MAX_LANES is wrong");
 #define activations_add(s, k, a, u, h) ((void)(k))
 #define activations_finish(s, h) ((void)(s))
 
+#define limits_enforce_softly(c, h) ((void)(c))
 #define limits_enforce(c, rates) enforce_alone(c, passes)
 static void enforce_alone(core *c, truth passes);
 
@@ -132,7 +133,8 @@ static void find_lengths(const blob_view *view, array_lengths *of)
 static int qualifies(const core *c)
 {
     const blob_counts *n = &c->blob.counts;
-    if (!c->is_straight || n->closures || n->variables != n->dofs || c->has_friction || c->externals) return 0;
+    if (!c->is_straight || n->closures || n->variables != n->dofs || c->has_friction || c->has_soft_limits || c->externals)
+        return 0;
     for (int32_t m = 0; m < n->muscles; m++)
         if (!LAW_TABLE[c->blob.law_kind[m]].law) return 0;
     return 1;

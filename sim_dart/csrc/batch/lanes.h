@@ -1,7 +1,7 @@
 /* Steps of several instances of a robot at once, one per lane of a vector. Results are bit-identical to those
    of core_step.
 
-   Robots qualify whose paths are straight, without loops, dependent coordinates, joint friction, cable friction and
+   Robots qualify whose paths are straight, without loops, dependent coordinates, joint friction, soft limits, cable friction and
    external wrenches, and whose muscle laws are in lane_parts.h. */
 #ifndef CARDSFLOW_BATCH_LANES_H
 #define CARDSFLOW_BATCH_LANES_H

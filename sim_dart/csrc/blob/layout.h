@@ -68,7 +68,8 @@
      term_number      c0, c1, ... of a polynomial; x_k, a, b, c, d of each piece a + D (b + D (c + D d)),
                       D = x - x_k, valid for x >= x_k; the first piece is also valid below
      limit_variable   variable of a limit force, which acts outside of a range
-     limit_numbers    low, high, stiffness below and above, damping, transition
+     limit_numbers    low, high, stiffness below and above, damping, transition,
+                      inertia of a soft limit or 0, see limits.c
      friction         maximum Coulomb friction of a coordinate, by its index in q
      lower, upper     limits of a coordinate, by its index in q; infinite without a limit
      gravity          gravity in the world, in [m/s2]
@@ -144,7 +145,7 @@
     FIELD(int32_t, term_size, 1, terms)                                                                \
     FIELD(real, term_number, 1, term_numbers)                                                          \
     FIELD(int32_t, limit_variable, 1, limit_forces)                                                    \
-    FIELD(real, limit_numbers, 6, limit_forces)                                                        \
+    FIELD(real, limit_numbers, 7, limit_forces)                                                        \
     FIELD(real, friction, 1, dofs)                                                                     \
     FIELD(real, stiffness, 1, variables)                                                               \
     FIELD(real, rest, 1, variables)                                                                    \
@@ -226,7 +227,7 @@ enum term { TERM_POLYNOMIAL = 0, TERM_PIECES = 1, TERMS };
 
 /* Number of values of a piece, and of a limit force. */
 #define PIECE_NUMBERS 5
-#define LIMIT_NUMBERS 6
+#define LIMIT_NUMBERS 7
 
 enum motion { ROTATION = 0, TRANSLATION = 1, MOTIONS };
 

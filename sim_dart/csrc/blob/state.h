@@ -89,6 +89,7 @@
     ARRAY(closure_force, closures)                                                                     \
     ARRAY(closure_bias, closures)                                                                      \
     ARRAY(yielding, closures ? dofs : 0) /* compliance of a coordinate at a limit to a unit impulse */ \
+    ARRAY(softness, n->limit_forces ? dofs : 0) /* compliance of a coordinate beyond a soft limit */   \
     ARRAY(closing, closures ? dofs : 0) /* change of q that closes the gaps */                         \
     ARRAY(closure_rows, closures *(dofs + 1))                                                          \
     ARRAY(free_motion, closures ? dofs * dofs : 0) /* N of qdd = N qdd_I + c, rows of coordinates */   \
@@ -184,6 +185,7 @@ struct core {
     int32_t has_fibres;  /* whether any muscle has an elastic tendon and thus a fibre as a state */
     int32_t is_settling; /* true in a step that settles fibres, whose rates are then not computed */
     int32_t has_friction;
+    int32_t has_soft_limits;
     int32_t is_rubbing;  /* true while velocities of a step with cable friction are computed */
     int32_t friction_rounds, friction_settled;
     int32_t is_factored; /* whether articulated bodies of the last q have the armature of the blob */

@@ -43,5 +43,6 @@ void core_energies(core *c, const real *qd)
         c->energies[2] += 0.5 * c->blob.stiffness[j] * bent * bent;
         c->energies[0] += 0.5 * c->blob.armature[j] * rates[j] * rates[j];
     }
-    for (int32_t l = 0; l < c->blob.counts.limit_forces; l++) c->energies[2] += limit_force_at(c, l).energy;
+    for (int32_t l = 0; l < c->blob.counts.limit_forces; l++)
+        if (!is_soft_limit(c, l)) c->energies[2] += limit_force_at(c, l).energy;
 }

@@ -12,6 +12,13 @@ typedef struct {
     real energy;             /* integral of k s e over e */
 } limit_force;
 
+/* Return whether a force is that of a soft limit, which limits.c computes in semi-implicit steps. */
+static inline int is_soft_limit(const core *c, int32_t l)
+{
+    return c->has_soft_limits && c->blob.limit_variable[l] < c->blob.counts.dofs &&
+           any_of(value_of(c->blob.limit_numbers[LIMIT_NUMBERS * l + 6]) > 0);
+}
+
 static inline limit_force limit_force_at(const core *c, int32_t l)
 {
     const real *n = c->blob.limit_numbers + LIMIT_NUMBERS * l, x = c->at[c->blob.limit_variable[l]];

@@ -5,13 +5,18 @@
 
    The set of active limits is found by exchange: add the limit that is exceeded most, remove those whose
    impulse would pull. M is positive definite, so that most steps need one or two exchanges; their number is
-   bounded. */
+   bounded.
+
+   A soft limit with a stiffness k, damping d and inertia m, e beyond it, pushes with -k e - d v - m v', but never
+   pulls. It is computed as a limit with the bound v - h (d v + k e) / m that yields by 1 / m: MuJoCo's constraints
+   of joint limits (Computation, Constraint model) with the regularisation R = 1 / m. */
 #include "limits.h"
 
 #include "../kinematics/bodies.h"
 #include "../loops/loops.h"
 #include "../numbers/real_functions.h"
 #include "forward.h"
+#include "limit_forces.h"
 
 #include <math.h>
 #include <string.h>
@@ -53,6 +58,7 @@ void limits_solve(core *c, int32_t count)
         for (int32_t b = 0; b <= a; b++) {
             real sum = *entry(c, c->response, i, (int32_t)c->met[b]);
             if (a == b && c->blob.counts.closures) sum += c->yielding[i];
+            if (a == b && c->has_soft_limits) sum += c->softness[i];
             for (int32_t k = 0; k < b; k++) sum -= *entry(c, c->factor, a, k) * *entry(c, c->factor, b, k);
             *entry(c, c->factor, a, b) = a == b ? sqrt(sum) : sum / *entry(c, c->factor, b, b);
         }
@@ -112,17 +118,20 @@ void limits_apply(core *c, int32_t count, real *rates)
         for (int32_t j = 0; j < dofs; j++) rates[j] += c->impulse[a] * row[j];
     }
     if (c->blob.counts.closures) return; /* with loops the coordinates depend on each other */
-    for (int32_t a = 0; a < count; a++) rates[(int32_t)c->met[a]] = c->target[(int32_t)c->met[a]];
+    for (int32_t a = 0; a < count; a++) {
+        const int32_t j = (int32_t)c->met[a];
+        if (!c->has_soft_limits || c->softness[j] == 0) rates[j] = c->target[j];
+    }
 }
 
-void limits_enforce(core *c, real *rates)
+static void enforce(core *c, real *rates, int is_factored)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
     memset(c->side, 0, dofs * sizeof(real));
     int32_t count = 0, next = furthest(c, rates);
     if (next < 0) return;
     memcpy(c->free, rates, dofs * sizeof(real));
-    if (!c->blob.counts.closures) dynamics_factor(c, c->blob.armature); /* loops: already done */
+    if (!is_factored) dynamics_factor(c, c->blob.armature);
     for (int32_t round = 0; next >= 0 && round < 4 * c->blob.counts.dofs; round++) {
         meet(c, rates, next, count++);
         for (int32_t left = -1; left != count;) {
@@ -133,6 +142,29 @@ void limits_enforce(core *c, real *rates)
         limits_apply(c, count, rates);
         next = furthest(c, rates);
     }
+}
+
+void limits_enforce(core *c, real *rates)
+{
+    enforce(c, rates, c->blob.counts.closures > 0); /* loops: already done */
+}
+
+void limits_enforce_softly(core *c, real h)
+{
+    for (int32_t l = 0; l < c->blob.counts.limit_forces; l++) {
+        if (!is_soft_limit(c, l)) continue;
+        const limit_force f = limit_force_at(c, l);
+        const int32_t j = c->blob.limit_variable[l];
+        const real yield = 1 / c->blob.limit_numbers[LIMIT_NUMBERS * l + 6], v = c->before[j];
+        const real bound = v - h * yield * (f.damping * v + f.stiffness * f.beyond);
+        const int is_low = value_of(f.beyond) < 0 && value_of(bound) > value_of(c->low[j]);
+        const int is_high = value_of(f.beyond) > 0 && value_of(bound) < value_of(c->high[j]);
+        if (is_low) c->low[j] = bound;
+        if (is_high) c->high[j] = bound;
+        c->softness[j] = is_low || is_high ? yield : 0;
+    }
+    enforce(c, c->qd, 1); /* by the accelerations, with h times the damping as armature */
+    memset(c->softness, 0, (size_t)c->blob.counts.dofs * sizeof(real));
 }
 
 void limits_stop(core *c)

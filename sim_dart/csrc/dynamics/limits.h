@@ -7,6 +7,8 @@
 /* Change the rates, qd or qdd, by impulses or forces so that all of them are within low and high. Links and
    inertias must be those of the last q. `side` contains the active limits. */
 CORE_INSIDE void limits_enforce(core *c, real *rates);
+/* Do the same for qd at the end of a step h, with soft limits. */
+CORE_INSIDE void limits_enforce_softly(core *c, real h);
 /* Set coordinates that are beyond a limit, or `held`, to the limit, and stop them by impulses; moves the
    handle. */
 CORE_INSIDE void limits_stop(core *c);

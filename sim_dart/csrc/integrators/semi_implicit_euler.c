@@ -26,6 +26,7 @@ static void accelerate(core *c, real h)
                   b->stiffness[j] * (c->at[j] + h * rates[j] - b->rest[j]);
     }
     for (int32_t l = 0; l < b->counts.limit_forces; l++) {
+        if (is_soft_limit(c, l)) continue;
         const limit_force f = limit_force_at(c, l);
         const int32_t j = b->limit_variable[l];
         c->armature[j] += h * (f.damping + h * f.stiffness);
@@ -64,6 +65,7 @@ static void enforce_limits(core *c, real h, truth passes)
         c->high[j] = larger((c->blob.upper[j] - c->q[j]) / h, number(-MAX_RETURN));
     }
     if (c->has_friction) friction_enforce(c, h);
+    else if (c->has_soft_limits) limits_enforce_softly(c, h);
     else if (any_of(passes)) limits_enforce(c, c->qd);
 }
 
@@ -74,7 +76,7 @@ static void find_velocities(core *c, real h)
     for (;;) {
         accelerate(c, h);
         const truth passes = update_velocities(c, h);
-        if (any_of(passes) || c->has_friction) enforce_limits(c, h, passes);
+        if (any_of(passes) || c->has_friction || c->has_soft_limits) enforce_limits(c, h, passes);
         if (!c->blob.counts.bends || cable_friction_has_converged(c, h)) return;
     }
 }
@@ -99,6 +101,7 @@ static void add_step_work(core *c, real h)
     }
     for (int32_t l = 0; l < c->blob.counts.limit_forces; l++) {
         const int32_t j = c->blob.limit_variable[l];
+        if (is_soft_limit(c, l)) continue;
         damping -= 0.5 * h * (before[j] + after[j]) * limit_force_at(c, l).damping * after[j];
     }
     c->work[0] += muscles, c->work[1] += outer, c->work[2] += damping;

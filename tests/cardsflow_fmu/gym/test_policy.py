@@ -136,7 +136,8 @@ def test_fmpy_as_the_master_moves_the_robot_as_the_environment_does(tmp_path: Pa
         q = [row[f"q.{c.name}"] for c in env.episodes.setup.robot.coordinates]
         np.testing.assert_allclose(env.episodes.batch.q[0], q, atol=2e-6)
         observation, *_ = env.step(actions_of(policy, observation.astype(float)).astype("f4"))
-    assert len(rows) == 21 and abs(rows[-1]["q.joint_1"] - rows[0]["q.joint_1"]) > 0.1
+    assert len(rows) == 21
+    assert abs(rows[-1]["q.joint_1"] - rows[0]["q.joint_1"]) > 0.1
 
 
 @pytest.mark.parametrize("example", [PLANAR, FLOWER], ids=["own joint space", "flower"])

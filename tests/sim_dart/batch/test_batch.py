@@ -13,7 +13,14 @@ import numpy as np
 import pytest
 from support.robots.robots import EXAMPLES
 
-from addin_sdfusion.robot import InputError, Robot, SimulationError, read_robot
+from addin_sdfusion.robot import (
+    Coordinate,
+    InputError,
+    LimitForce,
+    Robot,
+    SimulationError,
+    read_robot,
+)
 from sim_dart import Batch, Plant
 from sim_dart.estimation.estimated_robot import without_limits
 
@@ -131,10 +138,21 @@ def test_terms_equal_those_of_the_motion_equation() -> None:
     np.testing.assert_allclose(batch.lengths - lengths, pulled, atol=1e-6)
 
 
+def _beyond_soft_limits(robot: Robot) -> Robot:
+    """Return the robot with limits that its initial pose exceeds by 0.2 rad."""
+
+    def limited(c: Coordinate) -> Coordinate:
+        return replace(c, limit_force=LimitForce(-9.0, c.initial - 0.2, 9.0, 9.0, 0.5, 0.01, 0.1))
+
+    return replace(robot, joints=tuple(joint.map_coordinates(limited) for joint in robot.joints))
+
+
 @pytest.mark.native
-@pytest.mark.parametrize("integrator", ["euler", "rk4"])
+@pytest.mark.parametrize("integrator", ["euler", "rk4", "beyond soft limits"])
 def test_derivatives_equal_differences(integrator: Any) -> None:
     robot, e = _robot("hill_arm"), 1e-6
+    if integrator == "beyond soft limits":
+        integrator, robot = "euler", _beyond_soft_limits(robot)
     batch = Batch(robot, 6, 4e-3, integrator=integrator, substeps=2, threads=2)
     rng = np.random.default_rng(2)
     u = rng.uniform(0.2, 0.8, batch.commands.shape)

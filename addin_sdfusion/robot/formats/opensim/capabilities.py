@@ -137,6 +137,13 @@ OPENSIM = Capabilities(
             of_coordinates(_has_equal_limits),
             only="equal limits",
         ),
+        changed(
+            features.LIMIT_FORCES,
+            "limit-inertia-left-out",
+            "OpenSim has no soft limits; the inertia of its limit force is left out",
+            of_coordinates(lambda c: c.limit_force and c.limit_force.inertia),
+            only="with an inertia",
+        ),
         features.loops_except(SUPPORTED),
         omitted(features.ARMATURES),
         changed(

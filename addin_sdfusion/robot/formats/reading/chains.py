@@ -101,8 +101,9 @@ def _others(node: Node) -> dict[str, Any]:
     words["coupling"] = tuple(terms)
     force = node.optional("limit_force")
     if force is not None:
-        names = (field.name for field in fields(LimitForce))
-        words["limit_force"] = LimitForce(*(force.number_attribute(name) for name in names))
+        names = [field.name for field in fields(LimitForce)][:-1]
+        given = (force.number_attribute(name) for name in names)
+        words["limit_force"] = LimitForce(*given, force.number_attribute("inertia", 0.0))
     return words
 
 

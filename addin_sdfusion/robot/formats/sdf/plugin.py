@@ -12,7 +12,7 @@ coordinate name joint motion actuated torques initial spring armature unit locke
     <initial_position>); `spring`, stiffness and rest, in a cardsflow.xml next to a URDF;
     `armature`; `unit`, if it differs from the unit of the motion; `locked`. Its coupling is in
     term elements, its limit force in limit_force low high stiffness_low stiffness_high damping
-    transition.
+    transition inertia (default: 0).
 motion joint coordinate, term coordinate: contain a function, see `functions`.
 loop_joint name type: a loop joint that the robot file cannot hold, with an axis element for each
     axis, and the elements parent link and child link with the poses of its frame, in [m, rad].

@@ -29,7 +29,7 @@ static int check_limit_forces(const blob_view *b, char *message, size_t capacity
             return reject(message, capacity, "limit force %d: unknown variable %d", (int)l,
                           (int)b->limit_variable[l]);
         if (!all_finite(n, LIMIT_NUMBERS) || !(n[0] <= n[1]) || !(n[2] >= 0) || !(n[3] >= 0) || !(n[4] >= 0) ||
-            !(n[5] > 0))
+            !(n[5] > 0) || !(n[6] >= 0))
             return reject(message, capacity, "limit force %d: its numbers are invalid", (int)l);
     }
     return 0;
