@@ -220,7 +220,7 @@ ALONE = {
     "SPRINGS": (BARE, one_link(stiffness=1.0)),
     "FRICTION": (BARE, one_link(friction=0.1)),
     "ARMATURES": (BARE, one_link(armature=0.1)),
-    "LIMIT_FORCES": (BARE, one_link(limit_force=LimitForce(-1.0, 1.0, 2.0, 2.0))),
+    "LIMIT_FORCES": (BARE, one_link(limit_force=LimitForce(-1.0, 1.0, 2.0, 2.0, inertia=0.1))),
     "MOTORS": (BARE, one_link(actuated=True)),
     "MOTOR_BOUNDS": (
         one_link(actuated=True),
