@@ -140,7 +140,7 @@ OPENSIM = Capabilities(
         changed(
             features.LIMIT_FORCES,
             "limit-inertia-left-out",
-            "OpenSim has no soft limits; the inertia of its limit force is left out",
+            "OpenSim has no soft limits; the inertia of its limit force is omitted",
             of_coordinates(lambda c: c.limit_force and c.limit_force.inertia),
             only="with an inertia",
         ),

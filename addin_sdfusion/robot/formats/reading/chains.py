@@ -101,9 +101,9 @@ def _others(node: Node) -> dict[str, Any]:
     words["coupling"] = tuple(terms)
     force = node.optional("limit_force")
     if force is not None:
-        names = [field.name for field in fields(LimitForce)][:-1]
-        given = (force.number_attribute(name) for name in names)
-        words["limit_force"] = LimitForce(*given, force.number_attribute("inertia", 0.0))
+        names, defaults = (field.name for field in fields(LimitForce)), {"inertia": 0.0}
+        given = {name: force.number_attribute(name, defaults.get(name)) for name in names}
+        words["limit_force"] = LimitForce(**given)
     return words
 
 

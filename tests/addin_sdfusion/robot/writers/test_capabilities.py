@@ -146,6 +146,7 @@ def examples() -> tuple[Robot, ...]:
         replace(robot, links=(replace(robot.links[0], meshes=meshes),)),
         one_link(upper=1e17),
         one_link(tau_max=1e17),
+        one_link(limit_force=LimitForce(-1.0, 1.0, 2.0, 2.0, inertia=0.1)),
         one_link(Inertia(1.0, (0.0, 0.0, 0.0), 0.1, 0.1, 0.3)),
         one_link(Inertia(0.0)),
         one_link(lower=0.5, upper=1.0),
@@ -220,7 +221,7 @@ ALONE = {
     "SPRINGS": (BARE, one_link(stiffness=1.0)),
     "FRICTION": (BARE, one_link(friction=0.1)),
     "ARMATURES": (BARE, one_link(armature=0.1)),
-    "LIMIT_FORCES": (BARE, one_link(limit_force=LimitForce(-1.0, 1.0, 2.0, 2.0, inertia=0.1))),
+    "LIMIT_FORCES": (BARE, one_link(limit_force=LimitForce(-1.0, 1.0, 2.0, 2.0))),
     "MOTORS": (BARE, one_link(actuated=True)),
     "MOTOR_BOUNDS": (
         one_link(actuated=True),
