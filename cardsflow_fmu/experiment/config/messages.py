@@ -110,7 +110,8 @@ def _convert_error(error: Mapping[str, Any], model: type[BaseModel]) -> list[Inp
     if error["type"] == "literal_error":
         return [_choice_error(value, _field_at(model, place), key)]
     if error["type"] == "float_type" and isinstance(value, dict):
-        return [PathError("must be a number, not a table", key=key)]
+        problem = "must be a number, not a table; put names with a dot in quotes"
+        return [PathError(problem, key=key)]
     if error["type"] in ("tuple_type", "too_short"):
         rows = _element_kind(_field_at(model, place).annotation)
         minimum = {1: f"at least one {rows[:-1]}", 2: f"at least two {rows}"}

@@ -339,6 +339,7 @@ ROBOY_LEFT_ARM: list[Row] = [
     ({"robot.operational_space": "foot"}, "robot.operational_space: no operational space"),
     ({"start.y": [0.5, -0.45]}, "start.y: must have 3 values, one per task coordinate"),
     ({"start.y": [2.0, 0.0, 0.0]}, "start.y: "),
+    ({"start.y": {"hand": {"x": 0.4}}}, "start.y.hand: must be a number, not a table; put names"),
 ]
 ROWS = [
     pytest.param(example, *row, id=f"{example}-{row[1]}")
