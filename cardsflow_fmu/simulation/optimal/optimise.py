@@ -41,6 +41,7 @@ _INTEGRATION_ERROR = 1e-5  # of an interval, in rad, m, and their rates
 _OF_GAPS = 0.1  # error of the integration during iterations, relative to gaps between intervals
 _MAX_ROUNDS = 20  # of constraints between the nodes
 _MAX_PAUSE = 8  # iterations between two checks of the integration
+_LAST_ROWS = 11  # of the progress, in the note about a nearly optimal motion
 MARK_COLUMN = "cardsflow.interval"
 
 
@@ -265,8 +266,10 @@ def _remarks(solution: Solution, error: float) -> tuple[tuple[str, ...], tuple[s
     """Return notes and warnings about the end of the iterations and the error of an interval."""
     notes, warnings = tuple[str, ...](), tuple[str, ...]()
     if solution.status == NEARLY_OPTIMAL:
-        text = "nearly optimal: the cost hardly changed in the last iterations; --resume continues"
-        notes += (text,)
+        costs = [row.cost for row in solution.history[-_LAST_ROWS:]]
+        change = (max(costs) - min(costs)) / max(abs(costs[-1]), np.finfo(float).tiny)
+        text = f"nearly optimal: in the last {len(costs) - 1} iterations the cost changed by"
+        notes += (f"{text} {change:.2%}; --resume continues",)
     elif solution.status != OPTIMAL:
         text = "the motion satisfies the constraints, but is not optimal"
         if not solution.is_feasible:
