@@ -1,18 +1,17 @@
-"""Feedback gains along an optimal motion, from the Riccati recursion."""
+"""Feedback gains along an optimal motion, from Riccati's recursion and equation."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import LinAlgError, solve_discrete_are
 
 from controllers.arrays import FloatArray
 
 from .problem import Iterate, OptimalProblem
 
 _UNKNOWN: FloatArray = np.zeros(0)
-_CONVERGED = 1e-10  # change of the gains, relative
-_MAX_STEPS = 20_000
 _MIN_WEIGHT = 1e-6  # of a control, relative to the mean
 
 
@@ -53,16 +52,13 @@ def stationary_gain(stage: Stage) -> tuple[FloatArray, FloatArray] | None:
         The gain, shape (nu, nx), and the weight, shape (nx, nx); None if the controls do not
         stabilise the robot.
     """
-    P, last = stage.Q, np.full(stage.B.T.shape, np.inf)
-    for _ in range(_MAX_STEPS):
-        K, P = riccati_step(stage, P)
-        if not np.isfinite(P).all():
-            return None
-        if abs(K - last).max(initial=0.0) <= _CONVERGED * max(abs(K).max(initial=0.0), 1e-300):
-            is_stable = abs(np.linalg.eigvals(stage.A - stage.B @ K)).max() < 1.0
-            return (K, P) if is_stable else None
-        last = K
-    return None
+    try:
+        P = solve_discrete_are(stage.A, stage.B, stage.Q, np.diag(stage.R)).astype(np.float64)
+    except (LinAlgError, ValueError):
+        return None
+    K, P = riccati_step(stage, P)
+    is_stable = np.isfinite(K).all() and abs(np.linalg.eigvals(stage.A - stage.B @ K)).max() < 1.0
+    return (K, P) if is_stable else None
 
 
 def stages(
