@@ -96,16 +96,18 @@ def convexify(
     F[:, range(nx, len(s)), range(nx + nu, nz)] = 1.0
     convex, gradients = np.zeros_like(blocks), np.empty((N, nz))
     moved = np.empty((N + 1, len(s), len(s)))
-    V = moved[N] = blocks[N][ss]
+    V, least = blocks[N][ss], _MIN_CURVATURE * np.eye(nu)
+    moved[N] = V
     for k in range(N - 1, -1, -1):
         FV = F[k].T @ V
         convex[k] = M = blocks[k] + FV @ F[k]
         gradients[k] = FV[:, :nx] @ gaps[k]
-        values, vectors = np.linalg.eigh(M[u, u])
-        if values[0] < _MIN_CURVATURE:
+        try:
+            np.linalg.cholesky(M[u, u] - least)
+        except np.linalg.LinAlgError:
             return None
-        half = M[su] @ vectors
-        rest = (half / values) @ half.T
+        half = np.linalg.solve(np.linalg.cholesky(M[u, u]), M[su].T)
+        rest = half.T @ half
         V = moved[k] = M[ss] - rest
         convex[k][ss] = rest
     at_start = np.ix_(s[free], s[free])

@@ -39,9 +39,9 @@ def riccati_step(stage: Stage, P: FloatArray) -> tuple[FloatArray, FloatArray]:
         stage: The interval.
         P: Weight of the states at its end, shape (nx, nx).
     """
-    B = stage.B
-    K = np.asarray(np.linalg.solve(np.diag(stage.R) + B.T @ P @ B, B.T @ P @ stage.A))
-    start = np.asarray(stage.Q + stage.A.T @ P @ (stage.A - B @ K), dtype=np.float64)
+    A, B, BP = stage.A, stage.B, stage.B.T @ P
+    K = np.asarray(np.linalg.solve(np.diag(stage.R) + BP @ B, BP @ A))
+    start = np.asarray(stage.Q + A.T @ P @ (A - B @ K), dtype=np.float64)
     return K, 0.5 * (start + start.T)
 
 
