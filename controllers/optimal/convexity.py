@@ -96,18 +96,15 @@ def convexify(
     F[:, range(nx, len(s)), range(nx + nu, nz)] = 1.0
     convex, gradients = np.zeros_like(blocks), np.empty((N, nz))
     moved = np.empty((N + 1, len(s), len(s)))
-    V, least = blocks[N][ss], _MIN_CURVATURE * np.eye(nu)
-    moved[N] = V
+    V = moved[N] = blocks[N][ss]
     for k in range(N - 1, -1, -1):
         FV = F[k].T @ V
         convex[k] = M = blocks[k] + FV @ F[k]
         gradients[k] = FV[:, :nx] @ gaps[k]
-        try:
-            np.linalg.cholesky(M[u, u] - least)
-        except np.linalg.LinAlgError:
+        if np.linalg.eigvalsh(M[u, u])[0] < _MIN_CURVATURE:
             return None
-        half = np.linalg.solve(np.linalg.cholesky(M[u, u]), M[su].T)
-        rest = half.T @ half
+        rest = M[su] @ np.linalg.solve(M[u, u], M[su].T)
+        rest = 0.5 * (rest + rest.T)
         V = moved[k] = M[ss] - rest
         convex[k][ss] = rest
     at_start = np.ix_(s[free], s[free])
