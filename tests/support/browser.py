@@ -46,6 +46,14 @@ for (const name of ["drawElementsInstanced", "drawElements", "drawArrays"])
 """Script for tests that look at no picture: drawing takes most time without a graphics card."""
 
 
+REPLACED = ("Inspected target navigated or closed", "Execution context was destroyed.")
+"""Errors of an evaluation during which the page is replaced by another one."""
+
+
+class ReplacedPageError(Exception):
+    """The page was replaced by another one before it answered."""
+
+
 class Page:
     """A browser tab.
 
@@ -70,6 +78,8 @@ class Page:
         while True:
             message = json.loads(self._socket.recv(timeout=300))
             if message.get("id") == self._number:
+                if message.get("error", {}).get("message") in REPLACED:
+                    raise ReplacedPageError(method)
                 assert "error" not in message, message["error"]
                 return message["result"]
             self._note(message)
@@ -130,12 +140,18 @@ class Page:
         return result["result"].get("value")
 
     def wait_for(self, expression: str, seconds: float = 300.0) -> float:
-        """Wait until an expression is true; return the elapsed time, in [s]."""
+        """Wait until an expression is true, also on a later page; return the time, in [s]."""
         begin = time.perf_counter()
-        while not self.evaluate(f"!!({expression})"):
+        while not self._is_true(expression):
             assert time.perf_counter() - begin < seconds, (expression, self.errors)
             time.sleep(0.05)
         return time.perf_counter() - begin
+
+    def _is_true(self, expression: str) -> bool:
+        try:
+            return bool(self.evaluate(f"!!({expression})"))
+        except ReplacedPageError:
+            return False
 
     def show_changes(self) -> None:
         """Wait until the page shows the last change."""
