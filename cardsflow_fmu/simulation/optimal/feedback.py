@@ -18,6 +18,7 @@ from .muscles import MotionControls, actuators, control_bounds
 from .problem import MotionProblem
 
 Rest = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
+"""State, controls, gain and weight of a rest."""
 
 _MIN_LENGTH = 2e-3  # of a row, in [s]; gains change slowly
 _AT_REST = 1e-3  # speed, in [rad/s] or [m/s]
@@ -57,9 +58,11 @@ def motion_feedback(
     hold = _hold(experiment, setup, at, linearised[-1], interval / parts)
     rests = abs(at.x[-1, n : 2 * n]).max() <= _AT_REST
     has_loops = bool(setup.dynamics.robot.loops)  # trajectory_feedback does not support them
-    notes: tuple[str, ...] = (_CANNOT_HOLD,) if rests and hold is None and not has_loops else ()
-    if hold is not None and setup.shooting.laws.state_names:
-        notes += _departure(setup, at, hold, interval / parts)
+    notes: tuple[str, ...] = ()
+    if hold is None and rests and not has_loops:
+        notes = (_CANNOT_HOLD,)
+    elif hold is not None and setup.shooting.laws.state_names:
+        notes = _departure(setup, at, hold, interval / parts)
     x, u, gain, weight = hold or (at.x[-1], at.u[-1], None, linearised[-1].Q)
     gains = gains_along(linearised, weight)
     gains = np.concatenate([gains, gains[-1:] if gain is None else gain[None]])
@@ -70,7 +73,7 @@ def motion_feedback(
 
 
 def _departure(setup: MotionProblem, at: Iterate, hold: Rest, h: float) -> tuple[str, ...]:
-    """Return a note if the robot leaves its pose until its muscles hold it after the motion."""
+    """Return a note if the robot moves after the motion, before its muscles hold it."""
     problem, n, x = setup.problem, setup.dynamics.n, at.x[-1:]
     most, (rest, u, gain, _), last = np.zeros(n), hold, np.array([len(at.u) - 1])
     for _ in range(int(_SETTLING / h) + 1):
@@ -88,7 +91,7 @@ def _departure(setup: MotionProblem, at: Iterate, hold: Rest, h: float) -> tuple
     length = np.ceil(_SETTLING / interval - 1e-9) * interval
     text = "the robot rests at the end, but its muscles do not hold it there yet: afterwards, "
     text += f"{joint.name} moves by {most[k]:.2g} {joint.unit}"
-    return (f"{text}; with hold = {length:.4g} in the goal, less",)
+    return (f"{text}; hold = {length:.4g} in the goal reduces this",)
 
 
 def _hold(

@@ -114,6 +114,11 @@ class _Refinement:
         return is_finer
 
 
+def _keep_substeps(_at: Iterate, _ends: FloatArray) -> bool:
+    """Keep the substeps near a motion whose integration has been refined."""
+    return False
+
+
 def load_for_motion(path: Path, settings: Mapping[str, Any] | None = None) -> Experiment:
     """Load an experiment whose reference does not exist yet; the reference is a rest."""
     return Experiment.load(path, {**(settings or {}), "reference": {"type": "rest"}})
@@ -218,7 +223,7 @@ class _Search:
         """Return the motion from the guess; None if it diverges."""
         setup, previous = self.setup, self._previous
         limit = self._motion.max_iterations
-        refine = _Refinement(setup) if previous is None else lambda _, ends: False
+        refine = _Refinement(setup) if previous is None else _keep_substeps
         solver = Optimiser(setup.problem, max_iterations=limit, refine=refine)
         others = None if self._is_near else self._others
         is_near = previous is not None and previous.status in (OPTIMAL, NEARLY_OPTIMAL)
