@@ -115,7 +115,7 @@ class Inertia:
         return Inertia.of(self.mass, T_a_b.apply(self.com), matrix)
 
     def in_frame(self, T_a_b: Pose) -> Inertia:
-        """Return the same as `moved`, which is exact for a pose without rotation."""
+        """Return the inertia in frame a, from the pose of its frame b; see `moved`."""
         if not any(T_a_b.rpy):
             return replace(self, com=apply(T_a_b, self.com))
         return self.moved(Transform.of(T_a_b))

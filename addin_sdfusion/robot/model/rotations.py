@@ -63,9 +63,7 @@ def rpy(R: Matrix3) -> Vector3:
 
 def z_axis_rpy(axis: Vector3) -> Vector3:
     """Return roll, pitch and yaw of a frame whose z axis is along a vector, in [rad]."""
-    x, y, z = (
-        axis  # Rz(yaw) Ry(pitch) rotates z to (sin pitch cos yaw, sin pitch sin yaw, cos pitch)
-    )
+    x, y, z = axis  # (sin pitch cos yaw, sin pitch sin yaw, cos pitch) times its length
     return 0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x) if x or y else 0.0
 
 
